@@ -1,0 +1,2 @@
+//! `situ-bench`.
+fn main() {}

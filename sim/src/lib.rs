@@ -1,0 +1,1 @@
+//! Rapier behind nouns of the table: world, gripper, planner, beads, snapshot, camera.

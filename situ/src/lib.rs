@@ -1,0 +1,1 @@
+//! State-Indexed Task Updates: task models as automata of primitives, and how corrective demonstrations change them.

@@ -1,0 +1,1 @@
+//! Scripted teachers who demonstrate, err and correct.

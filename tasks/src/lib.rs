@@ -1,0 +1,1 @@
+//! Table-top tasks as files: scenes, predicates, skills, variations.
