@@ -1,0 +1,161 @@
+//! A camera: one ray a pixel against the true collision shapes, Lambert shading, one ray for the shadow.
+
+use nalgebra::{Point3, Vector3};
+use rapier3d::geometry::{Collider, Ray};
+use rapier3d::math::Vector;
+use rapier3d::parry::partitioning::{Bvh, BvhBuildStrategy};
+use serde::{Deserialize, Serialize};
+
+use crate::frame::to_engine_vector;
+use crate::image::Image;
+use crate::world::{Tag, World};
+
+/// A pinhole camera. Metres, world frame.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Camera {
+    /// Where it is.
+    pub eye: [f64; 3],
+    /// What it looks at; up is up in the picture.
+    pub target: [f64; 3],
+    /// Vertical angle of view in radians.
+    pub fov: f64,
+}
+
+impl Default for Camera {
+    /// From the front and above, over the middle of the table.
+    fn default() -> Camera {
+        Camera {
+            eye: [0.15, -0.75, 0.5],
+            target: [0.0, 0.0, 0.07],
+            fov: 0.65,
+        }
+    }
+}
+
+/// The direction to the lamp.
+const LAMP: [f64; 3] = [0.35, -0.45, 0.9];
+/// Part of the light that comes from everywhere.
+const AMBIENT: f32 = 0.42;
+/// A shadow ray starts so far from the surface, metres.
+const SHADOW_OFFSET: f32 = 2e-4;
+/// The furthest that can be seen, metres.
+const FAR: f32 = 10.0;
+/// Edge of the checks on the table, metres.
+const CHECK: f32 = 0.05;
+/// The two colours of the checks.
+const CHECKS: [[u8; 3]; 2] = [[226, 222, 214], [208, 203, 194]];
+/// Colour of the hand.
+const HAND_COLOR: [u8; 3] = [92, 96, 104];
+/// Colour of beads.
+const BEAD_COLOR: [u8; 3] = [236, 146, 38];
+/// Colour of what lies beyond the table.
+const SKY: [u8; 3] = [238, 241, 245];
+
+impl Camera {
+    /// Takes a picture of the world: the true collision shapes, in the colours of the objects.
+    pub fn render(&self, world: &World, width: u32, height: u32) -> Image {
+        let scene = Scene::new(world);
+        let eye = Point3::from(self.eye);
+        let ahead = (Point3::from(self.target) - eye).normalize();
+        let across = ahead.cross(&Vector3::z());
+        // Looking straight down, "up" in the picture is y.
+        let right = if across.norm() > 1e-9 {
+            across.normalize()
+        } else {
+            Vector3::x()
+        };
+        let up = right.cross(&ahead);
+        let scale = libm::tan(0.5 * self.fov);
+        let (w, h) = (f64::from(width), f64::from(height));
+        let origin = to_engine_vector(&eye.coords);
+        let mut rgb = Vec::with_capacity(3 * width as usize * height as usize);
+        for row in 0..height {
+            let y = scale * (h - 1.0 - 2.0 * f64::from(row)) / h;
+            for column in 0..width {
+                let x = scale * (2.0 * f64::from(column) + 1.0 - w) / h;
+                let direction = (ahead + right * x + up * y).normalize();
+                rgb.extend(scene.look(Ray::new(origin, to_engine_vector(&direction))));
+            }
+        }
+        Image { width, height, rgb }
+    }
+}
+
+/// The colliders of a world with a tree over where they are now (the engine's own is a step behind, and empty before the first step).
+struct Scene<'a> {
+    world: &'a World,
+    colliders: Vec<&'a Collider>,
+    tree: Bvh,
+    lamp: Vector,
+}
+
+impl<'a> Scene<'a> {
+    fn new(world: &'a World) -> Scene<'a> {
+        let colliders: Vec<&Collider> = world
+            .physics
+            .colliders
+            .iter()
+            .map(|(_, collider)| collider)
+            .collect();
+        let boxes: Vec<_> = colliders
+            .iter()
+            .map(|collider| collider.compute_aabb())
+            .collect();
+        let tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);
+        Scene {
+            world,
+            colliders,
+            tree,
+            lamp: to_engine_vector(&Vector3::from(LAMP).normalize()),
+        }
+    }
+
+    fn hit(&self, ray: &Ray) -> Option<(&Collider, f32)> {
+        let check = |leaf: u32, best: f32| {
+            let collider = self.colliders[leaf as usize];
+            collider
+                .shape()
+                .cast_ray(collider.position(), ray, best, true)
+        };
+        self.tree
+            .cast_ray(ray, FAR, check)
+            .map(|(leaf, distance)| (self.colliders[leaf as usize], distance))
+    }
+
+    /// The colour that a ray meets.
+    fn look(&self, ray: Ray) -> [u8; 3] {
+        let Some((collider, _)) = self.hit(&ray) else {
+            return SKY;
+        };
+        let Some(meeting) =
+            collider
+                .shape()
+                .cast_ray_and_get_normal(collider.position(), &ray, FAR, true)
+        else {
+            return SKY;
+        };
+        let point = ray.point_at(meeting.time_of_impact);
+        let normal = if meeting.normal.dot(ray.dir) > 0.0 {
+            -meeting.normal
+        } else {
+            meeting.normal
+        };
+        let facing = normal.dot(self.lamp).max(0.0);
+        let lit = facing > 0.0
+            && self
+                .hit(&Ray::new(point + normal * SHADOW_OFFSET, self.lamp))
+                .is_none();
+        let light = AMBIENT + if lit { (1.0 - AMBIENT) * facing } else { 0.0 };
+        let color = match Tag::decode(collider.user_data) {
+            Tag::Table => {
+                CHECKS[(((point.x / CHECK).floor() + (point.y / CHECK).floor()).rem_euclid(2.0))
+                    as usize
+                    % 2]
+            }
+            Tag::Hand => HAND_COLOR,
+            Tag::Bead => BEAD_COLOR,
+            Tag::Object(index) => self.world.entries[index].object.color,
+        };
+        color.map(|channel| (f32::from(channel) * light).clamp(0.0, 255.0) as u8)
+    }
+}

@@ -1,0 +1,65 @@
+//! What can go wrong when a scene is built, and where.
+
+use thiserror::Error;
+
+/// A mistake in the description of a scene, or a picture which could not be written.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SimError {
+    /// Two objects were given the same name, or a name which the world itself uses.
+    #[error("object `{object}`: the name is already taken")]
+    DuplicateName {
+        /// The name that was to be added.
+        object: String,
+    },
+    /// No object has this name.
+    #[error("object `{object}`: there is no object of this name")]
+    UnknownObject {
+        /// The name that was asked for.
+        object: String,
+    },
+    /// A pose is not finite or lies outside the workshop.
+    #[error(
+        "object `{object}`: its pose is not finite or lies further than {limit} m from the origin"
+    )]
+    BadPose {
+        /// The object concerned.
+        object: String,
+        /// The largest allowed distance from the world's origin, in metres.
+        limit: f64,
+    },
+    /// A dimension or a property of the material is impossible.
+    #[error("object `{object}`: {what} (got {value})")]
+    BadValue {
+        /// The object concerned.
+        object: String,
+        /// The rule that was broken.
+        what: &'static str,
+        /// The offending value.
+        value: f64,
+    },
+    /// Beads were to be put into something that has no interior.
+    #[error("object `{object}`: it is no container, so nothing can be put into it")]
+    NoInterior {
+        /// The object concerned.
+        object: String,
+    },
+    /// The beads do not fit into the container.
+    #[error("object `{object}`: {asked} beads do not fit, there is room for {room}")]
+    DoesNotFit {
+        /// The container.
+        object: String,
+        /// How many beads were to be put in.
+        asked: usize,
+        /// How many fit below the rim.
+        room: usize,
+    },
+    /// A picture could not be written.
+    #[error("picture `{path}`: {reason}")]
+    Picture {
+        /// The file that was to be written.
+        path: String,
+        /// What the file system or the encoder said.
+        reason: String,
+    },
+}

@@ -1,0 +1,272 @@
+//! The hand: a palm that goes where it is told, and two fingers that press with a given force.
+//!
+//! The palm is kinematic. Each finger is a dynamic body on a prismatic joint with a force-based motor. The motors are coupled in software,
+//! as one spindle couples the jaws of a real gripper: when closing, the common target is the *mean* position of the fingers less F/k,
+//! so both press with F, and the difference of the two is held by the stiffness k (uncoupled fingers drift sideways by a centimetre).
+
+use nalgebra::{Translation3, Vector3};
+use rapier3d::geometry::{Group, InteractionGroups, InteractionTestMode};
+use rapier3d::prelude::{
+    ColliderBuilder, ColliderHandle, ImpulseJointHandle, JointAxis, MotorModel, PhysicsWorld,
+    PrismaticJointBuilder, RigidBodyBuilder, RigidBodyHandle, Vector,
+};
+use serde::{Deserialize, Serialize};
+
+use crate::frame::{Pose, from_engine, from_engine_vector, to_engine};
+use crate::world::{DT, Tag};
+
+/// Half extents of the palm in metres.
+const PALM_HALF: [f32; 3] = [0.020, 0.055, 0.015];
+/// The palm's centre above the tool centre point in metres: its underside is 51 mm above.
+const PALM_ABOVE_TCP: f64 = 0.066;
+/// Half extents of a finger in metres.
+const FINGER_HALF: [f32; 3] = [0.010, 0.006, 0.030];
+/// A finger's centre above the tool centre point in metres: the tips reach 12 mm below it.
+const FINGER_ABOVE_TCP: f64 = 0.018;
+/// Mass of a finger in kg: lighter ones sink into what they press on (contact stiffness scales with mass).
+const FINGER_MASS: f32 = 1.0;
+/// Friction of palm and fingers: rubber pads.
+const HAND_FRICTION: f32 = 1.0;
+/// The largest distance of a finger's pad from the middle in metres.
+const STROKE: f64 = 0.040;
+/// The largest distance between the pads in metres.
+pub const MAX_OPENING: f64 = 2.0 * STROKE;
+/// The largest squeeze in newtons.
+pub const MAX_SQUEEZE: f64 = 60.0;
+/// Stiffness of a finger's motor, N/m.
+const STIFFNESS: f64 = 2e4;
+/// Damping of a finger's motor, N·s/m.
+const DAMPING: f64 = 200.0;
+/// Speed of the motors' target, m/s for each finger.
+const FINGER_SPEED: f64 = 0.15;
+/// A motor's limit as a multiple of the squeeze asked for: room to centre an object that lies to one side.
+const FORCE_HEADROOM: f64 = 3.0;
+/// A motor's limit while opening, newtons.
+const OPENING_FORCE: f64 = 60.0;
+/// Time constant of the low-passed contact forces, in steps.
+const SMOOTHING_STEPS: f64 = 12.0;
+/// The hand's parts collide with everything but each other.
+const HAND_GROUP: Group = Group::GROUP_2;
+
+/// A command to the gripper.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Gripper {
+    /// Open to this distance between the pads, metres (clamped to what the gripper can do).
+    Open(f64),
+    /// Close and press with this force, newtons on either side (clamped likewise).
+    Close(f64),
+}
+
+/// Bodies and controller of the hand.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct Hand {
+    palm: RigidBodyHandle,
+    fingers: [RigidBodyHandle; 2],
+    joints: [ImpulseJointHandle; 2],
+    colliders: [ColliderHandle; 3],
+    /// Where the tool centre point is to be after the next step.
+    target: Pose,
+    command: Gripper,
+    /// The moving target of each finger: distance of its pad from the middle, metres.
+    ramp: f64,
+    /// Low-passed force of the surroundings on the hand, newtons; a squeeze cancels.
+    force: Vector3<f64>,
+}
+
+/// The direction of each finger along y.
+const SIDE: [f64; 2] = [1.0, -1.0];
+
+impl Hand {
+    /// Builds the hand with its tool centre point at `tcp`, half open.
+    pub(crate) fn build(physics: &mut PhysicsWorld, tcp: Pose) -> Hand {
+        let groups = InteractionGroups::new(
+            HAND_GROUP,
+            Group::ALL & !HAND_GROUP,
+            InteractionTestMode::And,
+        );
+        let collider = |half: [f32; 3]| {
+            ColliderBuilder::cuboid(half[0], half[1], half[2])
+                .friction(HAND_FRICTION)
+                .collision_groups(groups)
+                .user_data(Tag::Hand.encode())
+        };
+        let gap = 0.5 * STROKE;
+        let palm_pose = tcp * Translation3::new(0.0, 0.0, PALM_ABOVE_TCP);
+        let (palm, palm_collider) = physics.insert(
+            RigidBodyBuilder::kinematic_position_based().pose(to_engine(&palm_pose)),
+            collider(PALM_HALF),
+        );
+        let [
+            (left, left_collider, left_joint),
+            (right, right_collider, right_joint),
+        ] = SIDE.map(|side| {
+            let (finger, finger_collider) = physics.insert(
+                RigidBodyBuilder::dynamic()
+                    .pose(to_engine(&(tcp * finger_offset(side, gap))))
+                    .gravity_scale(0.0)
+                    .can_sleep(false),
+                collider(FINGER_HALF).mass(FINGER_MASS),
+            );
+            let joint = PrismaticJointBuilder::new(Vector::new(0.0, side as f32, 0.0))
+                .local_anchor1(Vector::new(
+                    0.0,
+                    side as f32 * FINGER_HALF[1],
+                    (FINGER_ABOVE_TCP - PALM_ABOVE_TCP) as f32,
+                ))
+                .limits([0.0, STROKE as f32])
+                .motor_model(MotorModel::ForceBased)
+                .contacts_enabled(false)
+                .build();
+            (
+                finger,
+                finger_collider,
+                physics.insert_impulse_joint(palm, finger, joint),
+            )
+        });
+        Hand {
+            palm,
+            fingers: [left, right],
+            joints: [left_joint, right_joint],
+            colliders: [palm_collider, left_collider, right_collider],
+            target: tcp,
+            command: Gripper::Open(2.0 * gap),
+            ramp: gap,
+            force: Vector3::zeros(),
+        }
+    }
+
+    /// Puts the hand elsewhere at once, at rest, with the pads `opening` metres apart.
+    pub(crate) fn place(&mut self, physics: &mut PhysicsWorld, tcp: Pose, opening: f64) {
+        let gap = 0.5 * opening.clamp(0.0, MAX_OPENING);
+        let palm = to_engine(&(tcp * Translation3::new(0.0, 0.0, PALM_ABOVE_TCP)));
+        physics.bodies[self.palm].set_position(palm, true);
+        physics.bodies[self.palm].set_next_kinematic_position(palm);
+        for (finger, side) in self.fingers.iter().zip(SIDE) {
+            let body = &mut physics.bodies[*finger];
+            body.set_position(to_engine(&(tcp * finger_offset(side, gap))), true);
+            body.set_linvel(Vector::ZERO, true);
+            body.set_angvel(Vector::ZERO, true);
+        }
+        self.target = tcp;
+        self.command = Gripper::Open(2.0 * gap);
+        self.ramp = gap;
+        self.force = Vector3::zeros();
+    }
+
+    pub(crate) fn aim(&mut self, tcp: Pose) {
+        self.target = tcp;
+    }
+
+    pub(crate) fn target(&self) -> &Pose {
+        &self.target
+    }
+
+    pub(crate) fn colliders(&self) -> &[ColliderHandle; 3] {
+        &self.colliders
+    }
+
+    /// Takes a command; one that is not a number is ignored.
+    pub(crate) fn obey(&mut self, physics: &PhysicsWorld, command: Gripper) {
+        let command = match command {
+            Gripper::Open(width) if width.is_finite() => {
+                Gripper::Open(width.clamp(0.0, MAX_OPENING))
+            }
+            Gripper::Close(force) if force.is_finite() => {
+                Gripper::Close(force.clamp(0.0, MAX_SQUEEZE))
+            }
+            _ => return,
+        };
+        if command != self.command {
+            self.ramp = mean(self.gaps(physics));
+            self.command = command;
+        }
+    }
+
+    /// Distances of the pads from the middle, metres.
+    fn gaps(&self, physics: &PhysicsWorld) -> [f64; 2] {
+        let palm = physics.bodies[self.palm].position();
+        [0, 1].map(|i| {
+            let finger = physics.bodies[self.fingers[i]].translation();
+            let local = palm.inverse_transform_point(finger);
+            SIDE[i] * f64::from(local.y) - f64::from(FINGER_HALF[1])
+        })
+    }
+
+    /// Distance between the pads, metres.
+    pub(crate) fn opening(&self, physics: &PhysicsWorld) -> f64 {
+        self.gaps(physics).iter().sum()
+    }
+
+    /// The pose of the tool centre point in the world.
+    pub(crate) fn tcp(&self, physics: &PhysicsWorld) -> Pose {
+        from_engine(physics.bodies[self.palm].position())
+            * Translation3::new(0.0, 0.0, -PALM_ABOVE_TCP)
+    }
+
+    /// Sets the palm's goal and the motors' targets for the coming step.
+    pub(crate) fn drive(&mut self, physics: &mut PhysicsWorld) {
+        let palm = to_engine(&(self.target * Translation3::new(0.0, 0.0, PALM_ABOVE_TCP)));
+        physics.bodies[self.palm].set_next_kinematic_position(palm);
+        let mean = mean(self.gaps(physics));
+        let (target, limit) = match self.command {
+            Gripper::Open(width) => {
+                let goal = 0.5 * width;
+                self.ramp += (goal - self.ramp).clamp(-FINGER_SPEED * DT, FINGER_SPEED * DT);
+                (self.ramp, OPENING_FORCE)
+            }
+            Gripper::Close(force) => {
+                let reach = force / STIFFNESS;
+                self.ramp = (self.ramp - FINGER_SPEED * DT).max(-reach);
+                (self.ramp.max(mean - reach), FORCE_HEADROOM * force)
+            }
+        };
+        for joint in self.joints {
+            if let Some(joint) = physics.impulse_joints.get_mut(joint, false) {
+                joint.data.set_motor(
+                    JointAxis::LinX,
+                    target as f32,
+                    0.0,
+                    STIFFNESS as f32,
+                    DAMPING as f32,
+                );
+                joint
+                    .data
+                    .set_motor_max_force(JointAxis::LinX, limit as f32);
+            }
+        }
+    }
+
+    /// Reads the contact forces of the step just done.
+    pub(crate) fn feel(&mut self, physics: &PhysicsWorld) {
+        let mut impulse = Vector3::zeros();
+        for &collider in &self.colliders {
+            for pair in physics.contact_pairs_with(collider) {
+                let on_second = from_engine_vector(pair.total_impulse());
+                impulse += if pair.collider1 == collider {
+                    -on_second
+                } else {
+                    on_second
+                };
+            }
+        }
+        self.force += (impulse / DT - self.force) / SMOOTHING_STEPS;
+    }
+
+    /// Magnitude of the low-passed force on the hand, newtons.
+    pub(crate) fn force(&self) -> f64 {
+        self.force.norm()
+    }
+}
+
+fn mean(gaps: [f64; 2]) -> f64 {
+    0.5 * (gaps[0] + gaps[1])
+}
+
+/// A finger's centre in the frame of the tool centre point.
+fn finger_offset(side: f64, gap: f64) -> Translation3<f64> {
+    Translation3::new(
+        0.0,
+        side * (gap + f64::from(FINGER_HALF[1])),
+        FINGER_ABOVE_TCP,
+    )
+}

@@ -1,0 +1,146 @@
+//! What can be seen and felt in a world.
+
+use nalgebra::Point3;
+use rapier3d::prelude::{ColliderHandle, RigidBodyHandle};
+
+use crate::frame::{Pose, from_engine, from_engine_vector};
+use crate::object::Object;
+use crate::world::{DT, HAND, TABLE, World};
+
+/// An object whose origin is this much above the rim still counts as inside, metres: a block on top of another in a bin.
+const ABOVE_RIM: f64 = 0.02;
+
+impl World {
+    /// Names of the objects, in the order in which they were added.
+    pub fn objects(&self) -> impl Iterator<Item = &str> {
+        self.entries.iter().map(|entry| entry.object.name.as_str())
+    }
+
+    /// The description of an object.
+    pub fn object(&self, name: &str) -> Option<&Object> {
+        self.names
+            .get(name)
+            .map(|&index| &self.entries[index].object)
+    }
+
+    fn body(&self, name: &str) -> Option<RigidBodyHandle> {
+        self.names.get(name).map(|&index| self.entries[index].body)
+    }
+
+    /// Pose of the object's frame in the world.
+    pub fn pose(&self, object: &str) -> Option<Pose> {
+        self.body(object)
+            .map(|body| from_engine(self.physics.bodies[body].position()))
+    }
+
+    /// Speed of the object's centre of mass in m/s.
+    pub fn speed(&self, object: &str) -> Option<f64> {
+        self.body(object)
+            .map(|body| f64::from(self.physics.bodies[body].linvel().length()))
+    }
+
+    /// Mass of the object in kg; nothing for a fixed one.
+    pub fn mass(&self, object: &str) -> Option<f64> {
+        let body = &self.physics.bodies[self.body(object)?];
+        body.is_dynamic().then(|| f64::from(body.mass()))
+    }
+
+    /// Pose of the tool centre point (between the pads, 12 mm above their tips) in the world: z away from the tips, y the closing axis.
+    pub fn tcp(&self) -> Pose {
+        self.hand.tcp(&self.physics)
+    }
+
+    /// Distance between the finger pads in metres.
+    pub fn opening(&self) -> f64 {
+        self.hand.opening(&self.physics)
+    }
+
+    /// Magnitude of the force of the surroundings on the hand in newtons, low-passed over 12 steps. A squeeze cancels; the weight of what is held,
+    /// which friction carries, is not in it.
+    pub fn hand_force(&self) -> f64 {
+        self.hand.force()
+    }
+
+    /// Normal force of each finger on the object in newtons, in the last step. It is held if both are above a threshold.
+    pub fn grip_force(&self, object: &str) -> [f64; 2] {
+        let Some(body) = self.body(object) else {
+            return [0.0; 2];
+        };
+        let [_, left, right] = *self.hand.colliders();
+        [left, right].map(|finger| {
+            let impulse: f32 = self
+                .physics
+                .contact_pairs_with(finger)
+                .filter(|pair| {
+                    let other = if pair.collider1 == finger {
+                        pair.collider2
+                    } else {
+                        pair.collider1
+                    };
+                    self.physics.colliders[other].parent() == Some(body)
+                })
+                .map(|pair| pair.total_impulse_magnitude())
+                .sum();
+            f64::from(impulse) / DT
+        })
+    }
+
+    /// Centres of all beads in metres, world frame, in the order in which they were put in.
+    pub fn beads(&self) -> Vec<[f64; 3]> {
+        let center = |&body: &RigidBodyHandle| {
+            from_engine_vector(self.physics.bodies[body].translation()).into()
+        };
+        self.beads.iter().map(center).collect()
+    }
+
+    /// How many beads have their centre inside the container, up to its rim; nothing if it is no container.
+    pub fn beads_inside(&self, container: &str) -> Option<usize> {
+        let interior = self.object(container)?.container?;
+        let inverse = self.pose(container)?.inverse();
+        let inside = |center: &[f64; 3]| {
+            interior.contains((inverse * Point3::from(*center)).coords.into(), 0.0)
+        };
+        Some(self.beads().iter().filter(|center| inside(center)).count())
+    }
+
+    /// Whether the object's origin is inside the container, up to 2 cm above its rim. False if one of them does not exist, or the second is no container.
+    pub fn inside(&self, object: &str, container: &str) -> bool {
+        let interior = self.object(container).and_then(|c| c.container);
+        match (interior, self.pose(object), self.pose(container)) {
+            (Some(interior), Some(object), Some(container)) => interior.contains(
+                container
+                    .inverse_transform_point(&object.translation.vector.into())
+                    .coords
+                    .into(),
+                ABOVE_RIM,
+            ),
+            _ => false,
+        }
+    }
+
+    /// Whether two things touch. `table` and `hand` are names, too.
+    pub fn touching(&self, a: &str, b: &str) -> bool {
+        let (first, second) = (self.colliders_of(a), self.colliders_of(b));
+        first.iter().any(|&collider| {
+            self.physics.contact_pairs_with(collider).any(|pair| {
+                let other = if pair.collider1 == collider {
+                    pair.collider2
+                } else {
+                    pair.collider1
+                };
+                second.contains(&other) && pair.has_any_active_contact()
+            })
+        })
+    }
+
+    fn colliders_of(&self, name: &str) -> Vec<ColliderHandle> {
+        match name {
+            TABLE => vec![self.table],
+            HAND => self.hand.colliders().to_vec(),
+            _ => self
+                .body(name)
+                .map(|body| self.physics.bodies[body].colliders().to_vec())
+                .unwrap_or_default(),
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! Motions of the hand: straight to a pose, with a guard against pressing on things.
+
+use serde::{Deserialize, Serialize};
+
+use crate::frame::{Pose, angle_of, between};
+use crate::object::check_pose;
+use crate::world::{DT, HAND, World, steps_in};
+
+/// The hand's largest speed in m/s.
+pub const MAX_SPEED: f64 = 0.25;
+/// The hand's largest rate of turning in rad/s.
+pub const MAX_TURN: f64 = 1.5;
+/// Time in which the hand reaches its largest speed, seconds.
+const RAMP: f64 = 0.15;
+/// A motion ends when the force on the hand exceeds what it was at the start by so many newtons.
+pub const GUARD_FORCE: f64 = 30.0;
+/// A motion is aborted at this force on the hand in newtons.
+pub const ABORT_FORCE: f64 = 120.0;
+/// The guard is not heeded during the first steps: starting the motion shakes what is held.
+const GUARD_AFTER: usize = 12;
+/// A stopped hand goes back to where it was so many steps before, or it would go on pressing.
+const BACK_OFF: usize = 4;
+/// How long it then stays there, in seconds.
+const BACK_OFF_HOLD: f64 = 0.05;
+
+/// How a motion ended.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum MotionEnd {
+    /// The hand is at its target.
+    Reached,
+    /// The hand met with resistance and has backed off.
+    Guarded {
+        /// Force on the hand in newtons when it stopped.
+        force: f64,
+    },
+    /// The force on the hand went beyond the limit; it has backed off. Also the answer to a target that is no pose in the workshop.
+    Aborted {
+        /// Force on the hand in newtons when it stopped.
+        force: f64,
+    },
+}
+
+impl World {
+    /// Moves the hand to `target` (pose of the tool centre point): straight in position, spherical in rotation, at most 0.25 m/s and 1.5 rad/s.
+    ///
+    /// The motion ends early when the hand meets with more than 30 N of resistance (see [`MotionEnd`]). `observer` is called after each step.
+    pub fn move_hand(&mut self, target: Pose, observer: &mut dyn FnMut(&World)) -> MotionEnd {
+        let before = self.hand_force();
+        if check_pose(HAND, &target).is_err() {
+            return MotionEnd::Aborted { force: before };
+        }
+        let start = *self.hand.target();
+        let distance = (target.translation.vector - start.translation.vector).norm();
+        let angle = angle_of(&(start.rotation.inverse() * target.rotation));
+        let course = Course::new((distance / MAX_SPEED).max(angle / MAX_TURN));
+        let mut passed = vec![start];
+        for step in 1..=course.steps {
+            let pose = if step == course.steps {
+                target
+            } else {
+                between(&start, &target, course.way(step))
+            };
+            self.hand.aim(pose);
+            passed.push(pose);
+            self.step();
+            observer(self);
+            let force = self.hand_force();
+            let aborted = force > ABORT_FORCE;
+            if aborted || (step > GUARD_AFTER && (force - before).abs() > GUARD_FORCE) {
+                let back = passed[passed.len().saturating_sub(1 + BACK_OFF)];
+                self.hand.aim(back);
+                self.hold(BACK_OFF_HOLD, observer);
+                return if aborted {
+                    MotionEnd::Aborted { force }
+                } else {
+                    MotionEnd::Guarded { force }
+                };
+            }
+        }
+        MotionEnd::Reached
+    }
+
+    /// Keeps the hand where it is for so many seconds; a gripper command takes effect meanwhile. `observer` is called after each step.
+    pub fn hold(&mut self, seconds: f64, observer: &mut dyn FnMut(&World)) {
+        for _ in 0..steps_in(seconds) {
+            self.step();
+            observer(self);
+        }
+    }
+}
+
+/// A course in time from 0 to 1: speeding up evenly, going evenly, slowing down evenly.
+struct Course {
+    /// Length of the way in seconds at full speed.
+    length: f64,
+    /// Seconds until full speed (or half of the time, if it is never reached).
+    ramp: f64,
+    /// Seconds in all.
+    duration: f64,
+    steps: usize,
+}
+
+impl Course {
+    fn new(length: f64) -> Course {
+        let (ramp, duration) = if length >= RAMP {
+            (RAMP, length + RAMP)
+        } else {
+            let ramp = libm::sqrt(length * RAMP);
+            (ramp, 2.0 * ramp)
+        };
+        Course {
+            length,
+            ramp,
+            duration,
+            steps: libm::ceil(duration / DT) as usize,
+        }
+    }
+
+    /// The part of the way that is done after so many steps.
+    fn way(&self, step: usize) -> f64 {
+        let time = self.duration * step as f64 / self.steps as f64;
+        let left = self.duration - time;
+        let speeding = |t: f64| 0.5 * t * t / RAMP;
+        let done = if time < self.ramp {
+            speeding(time)
+        } else if left < self.ramp {
+            self.length - speeding(left)
+        } else {
+            speeding(self.ramp) + (time - self.ramp)
+        };
+        (done / self.length).clamp(0.0, 1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_course_is_smooth_and_keeps_its_limits() {
+        for length in [1e-6, 0.02, 0.149, 0.15, 0.4, 3.0] {
+            let course = Course::new(length);
+            let ways: Vec<f64> = (0..=course.steps).map(|k| course.way(k)).collect();
+            assert!(ways[0].abs() < 1e-12 && (ways[course.steps] - 1.0).abs() < 1e-12);
+            let pace = course.duration / course.steps as f64;
+            for pair in ways.windows(2) {
+                let speed = (pair[1] - pair[0]) * length / pace;
+                assert!((-1e-9..=1.0 + 1e-9).contains(&speed), "{length}: {speed}");
+            }
+            for three in ways.windows(3) {
+                let change = (three[2] - 2.0 * three[1] + three[0]).abs() * length / (pace * pace);
+                assert!(change <= 1.0 / RAMP + 1e-6, "{length}: {change}");
+            }
+        }
+        assert_eq!(Course::new(0.0).steps, 0);
+    }
+}
