@@ -25,9 +25,9 @@ impl Default for Camera {
     /// From the front and above, over the middle of the table.
     fn default() -> Camera {
         Camera {
-            eye: [0.15, -0.75, 0.5],
-            target: [0.0, 0.0, 0.07],
-            fov: 0.65,
+            eye: [0.12, -0.7, 0.42],
+            target: [0.0, 0.0, 0.11],
+            fov: 0.6,
         }
     }
 }
@@ -68,17 +68,60 @@ impl Camera {
         let scale = libm::tan(0.5 * self.fov);
         let (w, h) = (f64::from(width), f64::from(height));
         let origin = to_engine_vector(&eye.coords);
-        let mut rgb = Vec::with_capacity(3 * width as usize * height as usize);
+        let look = |column: f64, row: f64| {
+            let x = scale * (2.0 * column + 1.0 - w) / h;
+            let y = scale * (h - 1.0 - 2.0 * row) / h;
+            let direction = (ahead + right * x + up * y).normalize();
+            scene.look(Ray::new(origin, to_engine_vector(&direction)))
+        };
+        let mut image = Image::plain(width, height, SKY);
         for row in 0..height {
-            let y = scale * (h - 1.0 - 2.0 * f64::from(row)) / h;
             for column in 0..width {
-                let x = scale * (2.0 * f64::from(column) + 1.0 - w) / h;
-                let direction = (ahead + right * x + up * y).normalize();
-                rgb.extend(scene.look(Ray::new(origin, to_engine_vector(&direction))));
+                image.set(column, row, look(f64::from(column), f64::from(row)));
             }
         }
-        Image { width, height, rgb }
+        // Edges are looked at again with four rays a pixel, so that they are no staircase.
+        let rough = image.clone();
+        for row in 0..height {
+            for column in 0..width {
+                if is_edge(&rough, column, row) {
+                    let rays =
+                        QUARTERS.map(|[x, y]| look(f64::from(column) + x, f64::from(row) + y));
+                    image.set(column, row, mix(&rays));
+                }
+            }
+        }
+        image
     }
+}
+
+/// Where in a pixel the four rays of an edge go.
+const QUARTERS: [[f64; 2]; 4] = [[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]];
+/// Two pixels that differ by more than this in a channel have an edge between them.
+const EDGE: u8 = 12;
+
+/// Whether a pixel differs much from one beside, above or below it.
+fn is_edge(image: &Image, column: u32, row: u32) -> bool {
+    let Some(here) = image.pixel(column, row) else {
+        return false;
+    };
+    let left = column
+        .checked_sub(1)
+        .and_then(|column| image.pixel(column, row));
+    let above = row.checked_sub(1).and_then(|row| image.pixel(column, row));
+    let others = [
+        left,
+        above,
+        image.pixel(column + 1, row),
+        image.pixel(column, row + 1),
+    ];
+    let differs = |other: [u8; 3]| (0..3).any(|c| here[c].abs_diff(other[c]) > EDGE);
+    others.into_iter().flatten().any(differs)
+}
+
+/// The mean colour.
+fn mix(colors: &[[u8; 3]; 4]) -> [u8; 3] {
+    [0, 1, 2].map(|c| (colors.iter().map(|color| u16::from(color[c])).sum::<u16>() / 4) as u8)
 }
 
 /// The colliders of a world with a tree over where they are now (the engine's own is a step behind, and empty before the first step).

@@ -39,6 +39,12 @@ impl Image {
             .then(|| [self.rgb[at], self.rgb[at + 1], self.rgb[at + 2]])
     }
 
+    /// Sets the colour of a pixel inside the picture.
+    pub(crate) fn set(&mut self, x: u32, y: u32, color: [u8; 3]) {
+        let at = self.offset(x, y);
+        self.rgb[at..at + 3].copy_from_slice(&color);
+    }
+
     fn offset(&self, x: u32, y: u32) -> usize {
         3 * (y as usize * self.width as usize + x as usize)
     }

@@ -7,6 +7,8 @@ use crate::object::{Interior, Motion, Object, Part, SIDES, Shape};
 
 /// Corners of the polygon that stands for a circle in lids and floors.
 const ROUND_SIDES: u32 = 32;
+/// Walls end so high above the base, metres: more than the distance at which the engine makes contacts (0.4 mm).
+const WALL_CLEARANCE: f64 = 6e-4;
 
 /// A round container: pitcher, bowl, vase, the cup of a ladle. Metres, radians, kg/m³.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -169,8 +171,9 @@ impl Object {
             floor: wall,
             height,
         };
+        // A cylinder, not a prism: the engine finds a ball's place on it in closed form, three times as fast.
         let floor = Shape::Cylinder {
-            radius: inner_radius + wall / cosine,
+            radius: inner_radius + 0.5 * wall / cosine,
             half_height: 0.5 * wall,
         };
         let mut parts = vec![Part::new(
@@ -180,8 +183,8 @@ impl Object {
             friction,
         )];
         if SIDES.contains(&sides) {
-            // The walls stand half inside the floor and clear of the table, so only the floor rests on it.
-            let low = 0.5 * wall;
+            // The walls hide the floor's edge but end just above the table, so only the floor rests on it.
+            let low = WALL_CLEARANCE.min(0.5 * wall);
             let middle = 0.5 * (low + height);
             let radius = inner_radius + (middle - wall) * sine / cosine;
             let half_width =
