@@ -30,56 +30,16 @@ pub struct Beads {
 impl Beads {
     /// `count` beads of 12 mm, as heavy as water, as measured for the pouring task.
     pub fn new(count: usize) -> Beads {
-        Beads {
-            count,
-            radius: 0.006,
-            density: 1000.0,
-            friction: 0.4,
-            angular_damping: 2.0,
-        }
+        Beads { count, radius: 0.006, density: 1000.0, friction: 0.4, angular_damping: 2.0 }
     }
 
     /// Centres of the beads in the container's frame: layers of a hexagonal lattice from the floor up, every second one shifted.
-    pub(crate) fn layout(
-        &self,
-        container: &str,
-        interior: &Interior,
-    ) -> Result<Vec<[f64; 3]>, SimError> {
-        within(
-            container,
-            "a bead's radius must be 1 mm to 5 cm",
-            &[self.radius],
-            1e-3,
-            5e-2,
-        )?;
-        within(
-            container,
-            "a bead's density must be 1 to 30000 kg/m³",
-            &[self.density],
-            1.0,
-            3e4,
-        )?;
-        within(
-            container,
-            "friction must be 0 to 5",
-            &[self.friction],
-            0.0,
-            5.0,
-        )?;
-        within(
-            container,
-            "damping must be 0 to 1000 1/s",
-            &[self.angular_damping],
-            0.0,
-            1e3,
-        )?;
-        within(
-            container,
-            "there may be 0 to 2000 beads",
-            &[self.count as f64],
-            0.0,
-            MAX_BEADS as f64,
-        )?;
+    pub(crate) fn layout(&self, container: &str, interior: &Interior) -> Result<Vec<[f64; 3]>, SimError> {
+        within(container, "a bead's radius must be 1 mm to 5 cm", &[self.radius], 1e-3, 5e-2)?;
+        within(container, "a bead's density must be 1 to 30000 kg/m³", &[self.density], 1.0, 3e4)?;
+        within(container, "friction must be 0 to 5", &[self.friction], 0.0, 5.0)?;
+        within(container, "damping must be 0 to 1000 1/s", &[self.angular_damping], 0.0, 1e3)?;
+        within(container, "there may be 0 to 2000 beads", &[self.count as f64], 0.0, MAX_BEADS as f64)?;
         let pitch = SPACING * self.radius;
         let row_pitch = pitch * 0.5 * libm::sqrt(3.0);
         let margin = (1.0 + CLEARANCE) * self.radius;
@@ -89,9 +49,7 @@ impl Beads {
         while z + self.radius <= interior.height() && centers.len() < self.count {
             let (reach_x, reach_y) = match *interior {
                 Interior::Cone { .. } => {
-                    let lower = interior
-                        .radius_at(z - self.radius)
-                        .min(interior.radius_at(z));
+                    let lower = interior.radius_at(z - self.radius).min(interior.radius_at(z));
                     (lower - margin, lower - margin)
                 }
                 Interior::Box { half_x, half_y, .. } => (half_x - margin, half_y - margin),
@@ -100,11 +58,7 @@ impl Beads {
                 Interior::Cone { .. } => reach_x >= 0.0 && x * x + y * y <= reach_x * reach_x,
                 Interior::Box { .. } => x.abs() <= reach_x && y.abs() <= reach_y,
             };
-            let shift = if layer % 2 == 0 {
-                0.0
-            } else {
-                row_pitch * 2.0 / 3.0
-            };
+            let shift = if layer % 2 == 0 { 0.0 } else { row_pitch * 2.0 / 3.0 };
             let rows = libm::ceil(reach_y.max(0.0) / row_pitch) as i64;
             let columns = libm::ceil(reach_x.max(0.0) / pitch) as i64;
             for row in -rows..=rows {
@@ -120,11 +74,7 @@ impl Beads {
             layer += 1;
         }
         if centers.len() < self.count {
-            return Err(SimError::DoesNotFit {
-                object: container.to_owned(),
-                asked: self.count,
-                room: centers.len(),
-            });
+            return Err(SimError::DoesNotFit { object: container.to_owned(), asked: self.count, room: centers.len() });
         }
         Ok(centers)
     }
@@ -136,12 +86,7 @@ mod tests {
 
     #[test]
     fn beads_are_laid_out_apart_and_inside() {
-        let interior = Interior::Cone {
-            bottom_radius: 0.04,
-            top_radius: 0.05,
-            floor: 0.005,
-            height: 0.1,
-        };
+        let interior = Interior::Cone { bottom_radius: 0.04, top_radius: 0.05, floor: 0.005, height: 0.1 };
         let beads = Beads::new(120);
         let centers = beads.layout("cup", &interior).unwrap();
         assert_eq!(centers.len(), 120);

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::frame::to_engine_vector;
 use crate::image::Image;
+use crate::ray::meet;
 use crate::world::{Tag, World};
 
 /// A pinhole camera. Metres, world frame.
@@ -24,11 +25,7 @@ pub struct Camera {
 impl Default for Camera {
     /// From the front and above, over the middle of the table.
     fn default() -> Camera {
-        Camera {
-            eye: [0.12, -0.7, 0.42],
-            target: [0.0, 0.0, 0.11],
-            fov: 0.6,
-        }
+        Camera { eye: [0.12, -0.7, 0.42], target: [0.0, 0.0, 0.1], fov: 0.55 }
     }
 }
 
@@ -59,11 +56,7 @@ impl Camera {
         let ahead = (Point3::from(self.target) - eye).normalize();
         let across = ahead.cross(&Vector3::z());
         // Looking straight down, "up" in the picture is y.
-        let right = if across.norm() > 1e-9 {
-            across.normalize()
-        } else {
-            Vector3::x()
-        };
+        let right = if across.norm() > 1e-9 { across.normalize() } else { Vector3::x() };
         let up = right.cross(&ahead);
         let scale = libm::tan(0.5 * self.fov);
         let (w, h) = (f64::from(width), f64::from(height));
@@ -85,8 +78,7 @@ impl Camera {
         for row in 0..height {
             for column in 0..width {
                 if is_edge(&rough, column, row) {
-                    let rays =
-                        QUARTERS.map(|[x, y]| look(f64::from(column) + x, f64::from(row) + y));
+                    let rays = QUARTERS.map(|[x, y]| look(f64::from(column) + x, f64::from(row) + y));
                     image.set(column, row, mix(&rays));
                 }
             }
@@ -105,16 +97,9 @@ fn is_edge(image: &Image, column: u32, row: u32) -> bool {
     let Some(here) = image.pixel(column, row) else {
         return false;
     };
-    let left = column
-        .checked_sub(1)
-        .and_then(|column| image.pixel(column, row));
+    let left = column.checked_sub(1).and_then(|column| image.pixel(column, row));
     let above = row.checked_sub(1).and_then(|row| image.pixel(column, row));
-    let others = [
-        left,
-        above,
-        image.pixel(column + 1, row),
-        image.pixel(column, row + 1),
-    ];
+    let others = [left, above, image.pixel(column + 1, row), image.pixel(column, row + 1)];
     let differs = |other: [u8; 3]| (0..3).any(|c| here[c].abs_diff(other[c]) > EDGE);
     others.into_iter().flatten().any(differs)
 }
@@ -134,66 +119,33 @@ struct Scene<'a> {
 
 impl<'a> Scene<'a> {
     fn new(world: &'a World) -> Scene<'a> {
-        let colliders: Vec<&Collider> = world
-            .physics
-            .colliders
-            .iter()
-            .map(|(_, collider)| collider)
-            .collect();
-        let boxes: Vec<_> = colliders
-            .iter()
-            .map(|collider| collider.compute_aabb())
-            .collect();
+        let colliders: Vec<&Collider> = world.physics.colliders.iter().map(|(_, collider)| collider).collect();
+        let boxes: Vec<_> = colliders.iter().map(|collider| collider.compute_aabb()).collect();
         let tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);
-        Scene {
-            world,
-            colliders,
-            tree,
-            lamp: to_engine_vector(&Vector3::from(LAMP).normalize()),
-        }
+        Scene { world, colliders, tree, lamp: to_engine_vector(&Vector3::from(LAMP).normalize()) }
     }
 
-    fn hit(&self, ray: &Ray) -> Option<(&Collider, f32)> {
-        let check = |leaf: u32, best: f32| {
-            let collider = self.colliders[leaf as usize];
-            collider
-                .shape()
-                .cast_ray(collider.position(), ray, best, true)
-        };
-        self.tree
-            .cast_ray(ray, FAR, check)
-            .map(|(leaf, distance)| (self.colliders[leaf as usize], distance))
+    /// The collider that the ray meets first, with distance and normal.
+    fn hit(&self, ray: &Ray) -> Option<(&Collider, f32, Vector)> {
+        let check = |leaf: u32, best: f32| meet(self.colliders[leaf as usize], ray, best).map(|(distance, _)| distance);
+        let (leaf, _) = self.tree.cast_ray(ray, FAR, check)?;
+        let collider = self.colliders[leaf as usize];
+        meet(collider, ray, FAR).map(|(distance, normal)| (collider, distance, normal))
     }
 
     /// The colour that a ray meets.
     fn look(&self, ray: Ray) -> [u8; 3] {
-        let Some((collider, _)) = self.hit(&ray) else {
+        let Some((collider, distance, normal)) = self.hit(&ray) else {
             return SKY;
         };
-        let Some(meeting) =
-            collider
-                .shape()
-                .cast_ray_and_get_normal(collider.position(), &ray, FAR, true)
-        else {
-            return SKY;
-        };
-        let point = ray.point_at(meeting.time_of_impact);
-        let normal = if meeting.normal.dot(ray.dir) > 0.0 {
-            -meeting.normal
-        } else {
-            meeting.normal
-        };
+        let point = ray.point_at(distance);
+        let normal = if normal.dot(ray.dir) > 0.0 { -normal } else { normal };
         let facing = normal.dot(self.lamp).max(0.0);
-        let lit = facing > 0.0
-            && self
-                .hit(&Ray::new(point + normal * SHADOW_OFFSET, self.lamp))
-                .is_none();
+        let lit = facing > 0.0 && self.hit(&Ray::new(point + normal * SHADOW_OFFSET, self.lamp)).is_none();
         let light = AMBIENT + if lit { (1.0 - AMBIENT) * facing } else { 0.0 };
         let color = match Tag::decode(collider.user_data) {
             Tag::Table => {
-                CHECKS[(((point.x / CHECK).floor() + (point.y / CHECK).floor()).rem_euclid(2.0))
-                    as usize
-                    % 2]
+                CHECKS[(((point.x / CHECK).floor() + (point.y / CHECK).floor()).rem_euclid(2.0)) as usize % 2]
             }
             Tag::Hand => HAND_COLOR,
             Tag::Bead => BEAD_COLOR,

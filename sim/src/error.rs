@@ -19,9 +19,7 @@ pub enum SimError {
         object: String,
     },
     /// A pose is not finite or lies outside the workshop.
-    #[error(
-        "object `{object}`: its pose is not finite or lies further than {limit} m from the origin"
-    )]
+    #[error("object `{object}`: its pose is not finite or lies further than {limit} m from the origin")]
     BadPose {
         /// The object concerned.
         object: String,

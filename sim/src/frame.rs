@@ -49,10 +49,7 @@ pub(crate) fn between(from: &Pose, to: &Pose, s: f64) -> Pose {
         (1.0 - s, s)
     } else {
         let half = libm::atan2(sine, cosine);
-        (
-            libm::sin((1.0 - s) * half) / sine,
-            libm::sin(s * half) / sine,
-        )
+        (libm::sin((1.0 - s) * half) / sine, libm::sin(s * half) / sine)
     };
     let rotation = Unit::new_normalize(a * weight_a + b * weight_b);
     Pose::from_parts(Translation3::from(position), rotation)
@@ -60,11 +57,7 @@ pub(crate) fn between(from: &Pose, to: &Pose, s: f64) -> Pose {
 
 /// Whether every number of the pose is finite.
 pub(crate) fn is_finite(pose: &Pose) -> bool {
-    pose.translation
-        .vector
-        .iter()
-        .chain(pose.rotation.coords.iter())
-        .all(|x| x.is_finite())
+    pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|x| x.is_finite())
 }
 
 /// Our pose in the engine's numbers.
@@ -86,12 +79,7 @@ pub(crate) fn from_engine(pose: &EnginePose) -> Pose {
     let r = pose.rotation;
     Pose::from_parts(
         Translation3::from(from_engine_vector(pose.translation)),
-        Unit::new_normalize(Quaternion::new(
-            f64::from(r.w),
-            f64::from(r.x),
-            f64::from(r.y),
-            f64::from(r.z),
-        )),
+        Unit::new_normalize(Quaternion::new(f64::from(r.w), f64::from(r.x), f64::from(r.y), f64::from(r.z))),
     )
 }
 
@@ -130,9 +118,6 @@ mod tests {
         let turned = rotation_about([0.0, 3.0, 0.0], core::f64::consts::FRAC_PI_2) * Vector3::z();
         assert!((turned - Vector3::x()).norm() < 1e-15);
         assert!((angle_of(&rotation_about([1.0, 1.0, 0.0], -2.0)) - 2.0).abs() < 1e-12);
-        assert_eq!(
-            rotation_about([0.0, 0.0, 0.0], 1.0),
-            UnitQuaternion::identity()
-        );
+        assert_eq!(rotation_about([0.0, 0.0, 0.0], 1.0), UnitQuaternion::identity());
     }
 }

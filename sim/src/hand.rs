@@ -7,8 +7,8 @@
 use nalgebra::{Translation3, Vector3};
 use rapier3d::geometry::{Group, InteractionGroups, InteractionTestMode};
 use rapier3d::prelude::{
-    ColliderBuilder, ColliderHandle, ImpulseJointHandle, JointAxis, MotorModel, PhysicsWorld,
-    PrismaticJointBuilder, RigidBodyBuilder, RigidBodyHandle, Vector,
+    ColliderBuilder, ColliderHandle, ImpulseJointHandle, JointAxis, MotorModel, PhysicsWorld, PrismaticJointBuilder,
+    RigidBodyBuilder, RigidBodyHandle, Vector,
 };
 use serde::{Deserialize, Serialize};
 
@@ -69,6 +69,8 @@ pub(crate) struct Hand {
     command: Gripper,
     /// The moving target of each finger: distance of its pad from the middle, metres.
     ramp: f64,
+    /// Mean distance of the pads from the middle before the last step, metres.
+    mean: f64,
     /// Low-passed force of the surroundings on the hand, newtons; a squeeze cancels.
     force: Vector3<f64>,
 }
@@ -79,11 +81,7 @@ const SIDE: [f64; 2] = [1.0, -1.0];
 impl Hand {
     /// Builds the hand with its tool centre point at `tcp`, half open.
     pub(crate) fn build(physics: &mut PhysicsWorld, tcp: Pose) -> Hand {
-        let groups = InteractionGroups::new(
-            HAND_GROUP,
-            Group::ALL & !HAND_GROUP,
-            InteractionTestMode::And,
-        );
+        let groups = InteractionGroups::new(HAND_GROUP, Group::ALL & !HAND_GROUP, InteractionTestMode::And);
         let collider = |half: [f32; 3]| {
             ColliderBuilder::cuboid(half[0], half[1], half[2])
                 .friction(HAND_FRICTION)
@@ -92,14 +90,9 @@ impl Hand {
         };
         let gap = 0.5 * STROKE;
         let palm_pose = tcp * Translation3::new(0.0, 0.0, PALM_ABOVE_TCP);
-        let (palm, palm_collider) = physics.insert(
-            RigidBodyBuilder::kinematic_position_based().pose(to_engine(&palm_pose)),
-            collider(PALM_HALF),
-        );
-        let [
-            (left, left_collider, left_joint),
-            (right, right_collider, right_joint),
-        ] = SIDE.map(|side| {
+        let (palm, palm_collider) = physics
+            .insert(RigidBodyBuilder::kinematic_position_based().pose(to_engine(&palm_pose)), collider(PALM_HALF));
+        let [(left, left_collider, left_joint), (right, right_collider, right_joint)] = SIDE.map(|side| {
             let (finger, finger_collider) = physics.insert(
                 RigidBodyBuilder::dynamic()
                     .pose(to_engine(&(tcp * finger_offset(side, gap))))
@@ -117,11 +110,7 @@ impl Hand {
                 .motor_model(MotorModel::ForceBased)
                 .contacts_enabled(false)
                 .build();
-            (
-                finger,
-                finger_collider,
-                physics.insert_impulse_joint(palm, finger, joint),
-            )
+            (finger, finger_collider, physics.insert_impulse_joint(palm, finger, joint))
         });
         Hand {
             palm,
@@ -131,6 +120,7 @@ impl Hand {
             target: tcp,
             command: Gripper::Open(2.0 * gap),
             ramp: gap,
+            mean: gap,
             force: Vector3::zeros(),
         }
     }
@@ -150,6 +140,7 @@ impl Hand {
         self.target = tcp;
         self.command = Gripper::Open(2.0 * gap);
         self.ramp = gap;
+        self.mean = gap;
         self.force = Vector3::zeros();
     }
 
@@ -168,18 +159,19 @@ impl Hand {
     /// Takes a command; one that is not a number is ignored.
     pub(crate) fn obey(&mut self, physics: &PhysicsWorld, command: Gripper) {
         let command = match command {
-            Gripper::Open(width) if width.is_finite() => {
-                Gripper::Open(width.clamp(0.0, MAX_OPENING))
-            }
-            Gripper::Close(force) if force.is_finite() => {
-                Gripper::Close(force.clamp(0.0, MAX_SQUEEZE))
-            }
+            Gripper::Open(width) if width.is_finite() => Gripper::Open(width.clamp(0.0, MAX_OPENING)),
+            Gripper::Close(force) if force.is_finite() => Gripper::Close(force.clamp(0.0, MAX_SQUEEZE)),
             _ => return,
         };
         if command != self.command {
             self.ramp = mean(self.gaps(physics));
             self.command = command;
         }
+    }
+
+    /// The command in force.
+    pub(crate) fn command(&self) -> Gripper {
+        self.command
     }
 
     /// Distances of the pads from the middle, metres.
@@ -199,8 +191,7 @@ impl Hand {
 
     /// The pose of the tool centre point in the world.
     pub(crate) fn tcp(&self, physics: &PhysicsWorld) -> Pose {
-        from_engine(physics.bodies[self.palm].position())
-            * Translation3::new(0.0, 0.0, -PALM_ABOVE_TCP)
+        from_engine(physics.bodies[self.palm].position()) * Translation3::new(0.0, 0.0, -PALM_ABOVE_TCP)
     }
 
     /// Sets the palm's goal and the motors' targets for the coming step.
@@ -208,30 +199,25 @@ impl Hand {
         let palm = to_engine(&(self.target * Translation3::new(0.0, 0.0, PALM_ABOVE_TCP)));
         physics.bodies[self.palm].set_next_kinematic_position(palm);
         let mean = mean(self.gaps(physics));
-        let (target, limit) = match self.command {
+        // The motors damp the difference of the fingers and not their common motion: with that damped too, a gentle squeeze would arrive too late.
+        let speed = ((mean - self.mean) / DT).clamp(-FINGER_SPEED, FINGER_SPEED);
+        self.mean = mean;
+        let step = FINGER_SPEED * DT;
+        let (target, speed, limit) = match self.command {
             Gripper::Open(width) => {
-                let goal = 0.5 * width;
-                self.ramp += (goal - self.ramp).clamp(-FINGER_SPEED * DT, FINGER_SPEED * DT);
-                (self.ramp, OPENING_FORCE)
+                self.ramp += (0.5 * width - self.ramp).clamp(-step, step);
+                (self.ramp, 0.0, OPENING_FORCE)
             }
             Gripper::Close(force) => {
                 let reach = force / STIFFNESS;
-                self.ramp = (self.ramp - FINGER_SPEED * DT).max(-reach);
-                (self.ramp.max(mean - reach), FORCE_HEADROOM * force)
+                self.ramp = (self.ramp - step).max(-reach);
+                (self.ramp.max(mean - reach), speed, FORCE_HEADROOM * force)
             }
         };
         for joint in self.joints {
             if let Some(joint) = physics.impulse_joints.get_mut(joint, false) {
-                joint.data.set_motor(
-                    JointAxis::LinX,
-                    target as f32,
-                    0.0,
-                    STIFFNESS as f32,
-                    DAMPING as f32,
-                );
-                joint
-                    .data
-                    .set_motor_max_force(JointAxis::LinX, limit as f32);
+                joint.data.set_motor(JointAxis::LinX, target as f32, speed as f32, STIFFNESS as f32, DAMPING as f32);
+                joint.data.set_motor_max_force(JointAxis::LinX, limit as f32);
             }
         }
     }
@@ -242,11 +228,7 @@ impl Hand {
         for &collider in &self.colliders {
             for pair in physics.contact_pairs_with(collider) {
                 let on_second = from_engine_vector(pair.total_impulse());
-                impulse += if pair.collider1 == collider {
-                    -on_second
-                } else {
-                    on_second
-                };
+                impulse += if pair.collider1 == collider { -on_second } else { on_second };
             }
         }
         self.force += (impulse / DT - self.force) / SMOOTHING_STEPS;
@@ -264,9 +246,5 @@ fn mean(gaps: [f64; 2]) -> f64 {
 
 /// A finger's centre in the frame of the tool centre point.
 fn finger_offset(side: f64, gap: f64) -> Translation3<f64> {
-    Translation3::new(
-        0.0,
-        side * (gap + f64::from(FINGER_HALF[1])),
-        FINGER_ABOVE_TCP,
-    )
+    Translation3::new(0.0, side * (gap + f64::from(FINGER_HALF[1])), FINGER_ABOVE_TCP)
 }

@@ -25,18 +25,13 @@ const GAP: u32 = 4;
 impl Image {
     /// A picture of one colour.
     pub fn plain(width: u32, height: u32, color: [u8; 3]) -> Image {
-        Image {
-            width,
-            height,
-            rgb: color.repeat(width as usize * height as usize),
-        }
+        Image { width, height, rgb: color.repeat(width as usize * height as usize) }
     }
 
     /// The colour at column `x` from the left and row `y` from the top; nothing outside.
     pub fn pixel(&self, x: u32, y: u32) -> Option<[u8; 3]> {
         let at = self.offset(x, y);
-        (x < self.width && y < self.height)
-            .then(|| [self.rgb[at], self.rgb[at + 1], self.rgb[at + 2]])
+        (x < self.width && y < self.height).then(|| [self.rgb[at], self.rgb[at + 1], self.rgb[at + 2]])
     }
 
     /// Sets the colour of a pixel inside the picture.
@@ -58,11 +53,7 @@ impl Image {
         let mut left = 0;
         for image in images {
             for row in 0..image.height {
-                let (from, to, length) = (
-                    image.offset(0, row),
-                    strip.offset(left, row),
-                    3 * image.width as usize,
-                );
+                let (from, to, length) = (image.offset(0, row), strip.offset(left, row), 3 * image.width as usize);
                 strip.rgb[to..to + length].copy_from_slice(&image.rgb[from..from + length]);
             }
             left += image.width + GAP;
@@ -88,17 +79,11 @@ pub fn write_apng(path: impl AsRef<Path>, frames: &[Image], delay_ms: u16) -> Re
 }
 
 fn write(path: &Path, frames: &[Image], delay_ms: Option<u16>) -> Result<(), SimError> {
-    let fail = |reason: String| SimError::Picture {
-        path: path.display().to_string(),
-        reason,
-    };
+    let fail = |reason: String| SimError::Picture { path: path.display().to_string(), reason };
     let Some(first) = frames.first() else {
         return Err(fail("there is no picture to write".to_owned()));
     };
-    if frames
-        .iter()
-        .any(|frame| (frame.width, frame.height) != (first.width, first.height))
-    {
+    if frames.iter().any(|frame| (frame.width, frame.height) != (first.width, first.height)) {
         return Err(fail("the pictures differ in size".to_owned()));
     }
     let file = BufWriter::new(File::create(path).map_err(|error| fail(error.to_string()))?);

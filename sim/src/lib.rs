@@ -32,6 +32,7 @@ mod object;
 mod perception;
 mod planner;
 mod push;
+mod ray;
 mod snapshot;
 mod vessel;
 mod world;

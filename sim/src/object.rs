@@ -81,13 +81,7 @@ pub struct Part {
 impl Part {
     /// A solid part.
     pub fn new(shape: Shape, pose: Pose, density: f64, friction: f64) -> Part {
-        Part {
-            shape,
-            pose,
-            density,
-            friction,
-            solid: true,
-        }
+        Part { shape, pose, density, friction, solid: true }
     }
 }
 
@@ -151,12 +145,7 @@ impl Interior {
     /// The radius of the largest circle about the axis at height `z` (clamped to between floor and rim), in metres.
     pub fn radius_at(&self, z: f64) -> f64 {
         match *self {
-            Interior::Cone {
-                bottom_radius,
-                top_radius,
-                floor,
-                height,
-            } => {
+            Interior::Cone { bottom_radius, top_radius, floor, height } => {
                 let s = ((z - floor) / (height - floor)).clamp(0.0, 1.0);
                 bottom_radius + (top_radius - bottom_radius) * s
             }
@@ -166,26 +155,10 @@ impl Interior {
 
     fn check(&self, object: &str) -> Result<(), SimError> {
         let sizes = match *self {
-            Interior::Cone {
-                bottom_radius,
-                top_radius,
-                floor,
-                height,
-            } => [bottom_radius, top_radius, height - floor],
-            Interior::Box {
-                half_x,
-                half_y,
-                floor,
-                height,
-            } => [half_x, half_y, height - floor],
+            Interior::Cone { bottom_radius, top_radius, floor, height } => [bottom_radius, top_radius, height - floor],
+            Interior::Box { half_x, half_y, floor, height } => [half_x, half_y, height - floor],
         };
-        within(
-            object,
-            "inner sizes must be 0.0002 m to 2 m",
-            &sizes,
-            MIN_SIZE,
-            MAX_SIZE,
-        )
+        within(object, "inner sizes must be 0.0002 m to 2 m", &sizes, MIN_SIZE, MAX_SIZE)
     }
 }
 
@@ -213,12 +186,7 @@ impl Object {
         Object {
             name: name.into(),
             motion: Motion::Dynamic,
-            parts: vec![Part::new(
-                Shape::Cuboid { half },
-                Pose::identity(),
-                density,
-                friction,
-            )],
+            parts: vec![Part::new(Shape::Cuboid { half }, Pose::identity(), density, friction)],
             color: [201, 76, 60],
             container: None,
         }
@@ -228,20 +196,9 @@ impl Object {
     pub fn mat(name: impl Into<String>, half_x: f64, half_y: f64) -> Object {
         /// As thin as a sheet of felt.
         const HALF_THICKNESS: f64 = 5e-4;
-        let shape = Shape::Cuboid {
-            half: [half_x, half_y, HALF_THICKNESS],
-        };
-        let part = Part {
-            solid: false,
-            ..Part::new(shape, Pose::translation(0.0, 0.0, HALF_THICKNESS), 0.0, 0.0)
-        };
-        Object {
-            name: name.into(),
-            motion: Motion::Fixed,
-            parts: vec![part],
-            color: [120, 144, 130],
-            container: None,
-        }
+        let shape = Shape::Cuboid { half: [half_x, half_y, HALF_THICKNESS] };
+        let part = Part { solid: false, ..Part::new(shape, Pose::translation(0.0, 0.0, HALF_THICKNESS), 0.0, 0.0) };
+        Object { name: name.into(), motion: Motion::Fixed, parts: vec![part], color: [120, 144, 130], container: None }
     }
 
     /// The same object in another colour.
@@ -251,10 +208,7 @@ impl Object {
 
     /// The same object, immovable: a stand, a bin screwed to the table.
     pub fn fixed(self) -> Object {
-        Object {
-            motion: Motion::Fixed,
-            ..self
-        }
+        Object { motion: Motion::Fixed, ..self }
     }
 
     /// Says what is wrong with the description, if anything.
@@ -263,42 +217,19 @@ impl Object {
         let count = self.parts.len();
         if !(1..=MAX_PARTS).contains(&count) {
             let what = "it must have 1 to 72 parts (a cup has 3 to 64 sides)";
-            return Err(SimError::BadValue {
-                object: name.clone(),
-                what,
-                value: count as f64,
-            });
+            return Err(SimError::BadValue { object: name.clone(), what, value: count as f64 });
         }
         for part in &self.parts {
             part.shape.check(name)?;
-            within(
-                name,
-                "density must be 0 to 30000 kg/m³",
-                &[part.density],
-                0.0,
-                MAX_DENSITY,
-            )?;
-            within(
-                name,
-                "friction must be 0 to 5",
-                &[part.friction],
-                0.0,
-                MAX_FRICTION,
-            )?;
+            within(name, "density must be 0 to 30000 kg/m³", &[part.density], 0.0, MAX_DENSITY)?;
+            within(name, "friction must be 0 to 5", &[part.friction], 0.0, MAX_FRICTION)?;
             check_pose(name, &part.pose)?;
         }
-        if self.motion == Motion::Dynamic && !self.parts.iter().any(|p| p.solid && p.density > 0.0)
-        {
+        if self.motion == Motion::Dynamic && !self.parts.iter().any(|p| p.solid && p.density > 0.0) {
             let what = "a dynamic object needs a solid part of positive density";
-            return Err(SimError::BadValue {
-                object: name.clone(),
-                what,
-                value: 0.0,
-            });
+            return Err(SimError::BadValue { object: name.clone(), what, value: 0.0 });
         }
-        self.container
-            .as_ref()
-            .map_or(Ok(()), |interior| interior.check(name))
+        self.container.as_ref().map_or(Ok(()), |interior| interior.check(name))
     }
 }
 
@@ -307,25 +238,12 @@ impl Shape {
         let rule = "sizes of parts must be 0.0002 m to 2 m";
         match *self {
             Shape::Cuboid { half } => within(object, rule, &half, MIN_SIZE, MAX_SIZE),
-            Shape::Cylinder {
-                radius,
-                half_height,
-            } => within(object, rule, &[radius, half_height], MIN_SIZE, MAX_SIZE),
+            Shape::Cylinder { radius, half_height } => within(object, rule, &[radius, half_height], MIN_SIZE, MAX_SIZE),
             Shape::Ball { radius } => within(object, rule, &[radius], MIN_SIZE, MAX_SIZE),
-            Shape::Prism {
-                radius,
-                half_height,
-                sides,
-            } => {
+            Shape::Prism { radius, half_height, sides } => {
                 within(object, rule, &[radius, half_height], MIN_SIZE, MAX_SIZE)?;
                 let (low, high) = (f64::from(*SIDES.start()), f64::from(*SIDES.end()));
-                within(
-                    object,
-                    "a prism has 3 to 64 sides",
-                    &[f64::from(sides)],
-                    low,
-                    high,
-                )
+                within(object, "a prism has 3 to 64 sides", &[f64::from(sides)], low, high)
             }
         }
     }
@@ -333,42 +251,28 @@ impl Shape {
     /// The engine's shape, and its pose in the part's frame (the engine's cylinders stand along y).
     pub(crate) fn engine(&self, object: &str) -> Result<(SharedShape, EnginePose), SimError> {
         Ok(match *self {
-            Shape::Cuboid { half: [x, y, z] } => (
-                SharedShape::cuboid(x as f32, y as f32, z as f32),
-                EnginePose::IDENTITY,
-            ),
+            Shape::Cuboid { half: [x, y, z] } => {
+                (SharedShape::cuboid(x as f32, y as f32, z as f32), EnginePose::IDENTITY)
+            }
             Shape::Ball { radius } => (SharedShape::ball(radius as f32), EnginePose::IDENTITY),
-            Shape::Cylinder {
-                radius,
-                half_height,
-            } => {
+            Shape::Cylinder { radius, half_height } => {
                 let half = std::f32::consts::FRAC_1_SQRT_2;
                 let upright = EnginePose::from_rotation(Rotation::from_xyzw(half, 0.0, 0.0, half));
-                (
-                    SharedShape::cylinder(half_height as f32, radius as f32),
-                    upright,
-                )
+                (SharedShape::cylinder(half_height as f32, radius as f32), upright)
             }
-            Shape::Prism {
-                radius,
-                half_height,
-                sides,
-            } => {
+            Shape::Prism { radius, half_height, sides } => {
                 let corners: Vec<Vector> = (0..sides)
                     .flat_map(|k| {
-                        let (sine, cosine) =
-                            libm::sincos(std::f64::consts::TAU * f64::from(k) / f64::from(sides));
-                        [half_height, -half_height].map(|z| {
-                            Vector::new((radius * cosine) as f32, (radius * sine) as f32, z as f32)
-                        })
+                        let (sine, cosine) = libm::sincos(std::f64::consts::TAU * f64::from(k) / f64::from(sides));
+                        [half_height, -half_height]
+                            .map(|z| Vector::new((radius * cosine) as f32, (radius * sine) as f32, z as f32))
                     })
                     .collect();
-                let hull =
-                    SharedShape::convex_hull(&corners).ok_or_else(|| SimError::BadValue {
-                        object: object.to_owned(),
-                        what: "a prism must not be flat",
-                        value: half_height,
-                    })?;
+                let hull = SharedShape::convex_hull(&corners).ok_or_else(|| SimError::BadValue {
+                    object: object.to_owned(),
+                    what: "a prism must not be flat",
+                    value: half_height,
+                })?;
                 (hull, EnginePose::IDENTITY)
             }
         })
@@ -376,19 +280,9 @@ impl Shape {
 }
 
 /// Err if any value is not within `[low, high]` (a value that is not a number is not).
-pub(crate) fn within(
-    object: &str,
-    what: &'static str,
-    values: &[f64],
-    low: f64,
-    high: f64,
-) -> Result<(), SimError> {
+pub(crate) fn within(object: &str, what: &'static str, values: &[f64], low: f64, high: f64) -> Result<(), SimError> {
     match values.iter().find(|&&v| !(low..=high).contains(&v)) {
-        Some(&value) => Err(SimError::BadValue {
-            object: object.to_owned(),
-            what,
-            value,
-        }),
+        Some(&value) => Err(SimError::BadValue { object: object.to_owned(), what, value }),
         None => Ok(()),
     }
 }
@@ -398,9 +292,6 @@ pub(crate) fn check_pose(object: &str, pose: &Pose) -> Result<(), SimError> {
     if frame::is_finite(pose) && pose.translation.vector.norm() <= WORKSHOP {
         Ok(())
     } else {
-        Err(SimError::BadPose {
-            object: object.to_owned(),
-            limit: WORKSHOP,
-        })
+        Err(SimError::BadPose { object: object.to_owned(), limit: WORKSHOP })
     }
 }

@@ -4,6 +4,7 @@ use nalgebra::Point3;
 use rapier3d::prelude::{ColliderHandle, RigidBodyHandle};
 
 use crate::frame::{Pose, from_engine, from_engine_vector};
+use crate::hand::Gripper;
 use crate::object::Object;
 use crate::world::{DT, HAND, TABLE, World};
 
@@ -18,9 +19,7 @@ impl World {
 
     /// The description of an object.
     pub fn object(&self, name: &str) -> Option<&Object> {
-        self.names
-            .get(name)
-            .map(|&index| &self.entries[index].object)
+        self.names.get(name).map(|&index| &self.entries[index].object)
     }
 
     fn body(&self, name: &str) -> Option<RigidBodyHandle> {
@@ -29,14 +28,12 @@ impl World {
 
     /// Pose of the object's frame in the world.
     pub fn pose(&self, object: &str) -> Option<Pose> {
-        self.body(object)
-            .map(|body| from_engine(self.physics.bodies[body].position()))
+        self.body(object).map(|body| from_engine(self.physics.bodies[body].position()))
     }
 
     /// Speed of the object's centre of mass in m/s.
     pub fn speed(&self, object: &str) -> Option<f64> {
-        self.body(object)
-            .map(|body| f64::from(self.physics.bodies[body].linvel().length()))
+        self.body(object).map(|body| f64::from(self.physics.bodies[body].linvel().length()))
     }
 
     /// Mass of the object in kg; nothing for a fixed one.
@@ -48,6 +45,11 @@ impl World {
     /// Pose of the tool centre point (between the pads, 12 mm above their tips) in the world: z away from the tips, y the closing axis.
     pub fn tcp(&self) -> Pose {
         self.hand.tcp(&self.physics)
+    }
+
+    /// The gripper command in force.
+    pub fn gripper(&self) -> Gripper {
+        self.hand.command()
     }
 
     /// Distance between the finger pads in metres.
@@ -72,11 +74,7 @@ impl World {
                 .physics
                 .contact_pairs_with(finger)
                 .filter(|pair| {
-                    let other = if pair.collider1 == finger {
-                        pair.collider2
-                    } else {
-                        pair.collider1
-                    };
+                    let other = if pair.collider1 == finger { pair.collider2 } else { pair.collider1 };
                     self.physics.colliders[other].parent() == Some(body)
                 })
                 .map(|pair| pair.total_impulse_magnitude())
@@ -87,9 +85,7 @@ impl World {
 
     /// Centres of all beads in metres, world frame, in the order in which they were put in.
     pub fn beads(&self) -> Vec<[f64; 3]> {
-        let center = |&body: &RigidBodyHandle| {
-            from_engine_vector(self.physics.bodies[body].translation()).into()
-        };
+        let center = |&body: &RigidBodyHandle| from_engine_vector(self.physics.bodies[body].translation()).into();
         self.beads.iter().map(center).collect()
     }
 
@@ -97,9 +93,7 @@ impl World {
     pub fn beads_inside(&self, container: &str) -> Option<usize> {
         let interior = self.object(container)?.container?;
         let inverse = self.pose(container)?.inverse();
-        let inside = |center: &[f64; 3]| {
-            interior.contains((inverse * Point3::from(*center)).coords.into(), 0.0)
-        };
+        let inside = |center: &[f64; 3]| interior.contains((inverse * Point3::from(*center)).coords.into(), 0.0);
         Some(self.beads().iter().filter(|center| inside(center)).count())
     }
 
@@ -108,10 +102,7 @@ impl World {
         let interior = self.object(container).and_then(|c| c.container);
         match (interior, self.pose(object), self.pose(container)) {
             (Some(interior), Some(object), Some(container)) => interior.contains(
-                container
-                    .inverse_transform_point(&object.translation.vector.into())
-                    .coords
-                    .into(),
+                container.inverse_transform_point(&object.translation.vector.into()).coords.into(),
                 ABOVE_RIM,
             ),
             _ => false,
@@ -123,11 +114,7 @@ impl World {
         let (first, second) = (self.colliders_of(a), self.colliders_of(b));
         first.iter().any(|&collider| {
             self.physics.contact_pairs_with(collider).any(|pair| {
-                let other = if pair.collider1 == collider {
-                    pair.collider2
-                } else {
-                    pair.collider1
-                };
+                let other = if pair.collider1 == collider { pair.collider2 } else { pair.collider1 };
                 second.contains(&other) && pair.has_any_active_contact()
             })
         })
@@ -137,10 +124,7 @@ impl World {
         match name {
             TABLE => vec![self.table],
             HAND => self.hand.colliders().to_vec(),
-            _ => self
-                .body(name)
-                .map(|body| self.physics.bodies[body].colliders().to_vec())
-                .unwrap_or_default(),
+            _ => self.body(name).map(|body| self.physics.bodies[body].colliders().to_vec()).unwrap_or_default(),
         }
     }
 }

@@ -12,7 +12,7 @@ pub const MAX_SPEED: f64 = 0.25;
 pub const MAX_TURN: f64 = 1.5;
 /// Time in which the hand reaches its largest speed, seconds.
 const RAMP: f64 = 0.15;
-/// A motion ends when the force on the hand exceeds what it was at the start by so many newtons.
+/// A motion ends when the force on the hand rises by so many newtons above the least since the start.
 pub const GUARD_FORCE: f64 = 30.0;
 /// A motion is aborted at this force on the hand in newtons.
 pub const ABORT_FORCE: f64 = 120.0;
@@ -45,9 +45,9 @@ impl World {
     ///
     /// The motion ends early when the hand meets with more than 30 N of resistance (see [`MotionEnd`]). `observer` is called after each step.
     pub fn move_hand(&mut self, target: Pose, observer: &mut dyn FnMut(&World)) -> MotionEnd {
-        let before = self.hand_force();
+        let mut rest = self.hand_force();
         if check_pose(HAND, &target).is_err() {
-            return MotionEnd::Aborted { force: before };
+            return MotionEnd::Aborted { force: rest };
         }
         let start = *self.hand.target();
         let distance = (target.translation.vector - start.translation.vector).norm();
@@ -55,26 +55,20 @@ impl World {
         let course = Course::new((distance / MAX_SPEED).max(angle / MAX_TURN));
         let mut passed = vec![start];
         for step in 1..=course.steps {
-            let pose = if step == course.steps {
-                target
-            } else {
-                between(&start, &target, course.way(step))
-            };
+            let pose = if step == course.steps { target } else { between(&start, &target, course.way(step)) };
             self.hand.aim(pose);
             passed.push(pose);
             self.step();
             observer(self);
             let force = self.hand_force();
+            // What is left of an earlier blow dies away; the guard is set to what remains.
+            rest = rest.min(force);
             let aborted = force > ABORT_FORCE;
-            if aborted || (step > GUARD_AFTER && (force - before).abs() > GUARD_FORCE) {
+            if aborted || (step > GUARD_AFTER && force - rest > GUARD_FORCE) {
                 let back = passed[passed.len().saturating_sub(1 + BACK_OFF)];
                 self.hand.aim(back);
                 self.hold(BACK_OFF_HOLD, observer);
-                return if aborted {
-                    MotionEnd::Aborted { force }
-                } else {
-                    MotionEnd::Guarded { force }
-                };
+                return if aborted { MotionEnd::Aborted { force } } else { MotionEnd::Guarded { force } };
             }
         }
         MotionEnd::Reached
@@ -108,12 +102,7 @@ impl Course {
             let ramp = libm::sqrt(length * RAMP);
             (ramp, 2.0 * ramp)
         };
-        Course {
-            length,
-            ramp,
-            duration,
-            steps: libm::ceil(duration / DT) as usize,
-        }
+        Course { length, ramp, duration, steps: libm::ceil(duration / DT) as usize }
     }
 
     /// The part of the way that is done after so many steps.

@@ -32,14 +32,7 @@ impl Push {
         let body = &mut physics.bodies[body];
         let start = from_engine(body.position());
         body.set_body_type(RigidBodyType::KinematicPositionBased, true);
-        Push {
-            object,
-            start,
-            displacement,
-            steps: steps.max(1),
-            done: 0,
-            dynamic,
-        }
+        Push { object, start, displacement, steps: steps.max(1), done: 0, dynamic }
     }
 
     /// Sets the body's goal for the coming step.
@@ -57,11 +50,7 @@ impl Push {
         if self.done < self.steps {
             return false;
         }
-        let kind = if self.dynamic {
-            RigidBodyType::Dynamic
-        } else {
-            RigidBodyType::Fixed
-        };
+        let kind = if self.dynamic { RigidBodyType::Dynamic } else { RigidBodyType::Fixed };
         let body = &mut physics.bodies[body];
         body.set_body_type(kind, true);
         body.set_linvel(rapier3d::math::Vector::ZERO, true);

@@ -21,13 +21,7 @@ impl std::fmt::Debug for Snapshot {
 
 impl std::fmt::Debug for World {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            f,
-            "World {{ time: {}, objects: {:?}, beads: {} }}",
-            self.time(),
-            self.names.keys(),
-            self.beads.len()
-        )
+        write!(f, "World {{ time: {}, objects: {:?}, beads: {} }}", self.time(), self.names.keys(), self.beads.len())
     }
 }
 
@@ -53,9 +47,7 @@ impl Clone for World {
 impl World {
     /// Puts the present state aside.
     pub fn snapshot(&self) -> Snapshot {
-        Snapshot {
-            world: self.clone(),
-        }
+        Snapshot { world: self.clone() }
     }
 
     /// A world that goes on from the snapshot exactly as the one it was taken from.

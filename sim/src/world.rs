@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 use rapier3d::geometry::{Group, InteractionGroups};
 use rapier3d::prelude::{
-    ColliderBuilder, ColliderHandle, IntegrationParameters, PhysicsWorld, RigidBodyBuilder,
-    RigidBodyHandle, SpringCoefficients, Vector,
+    ColliderBuilder, ColliderHandle, IntegrationParameters, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle,
+    SpringCoefficients, Vector,
 };
 use serde::{Deserialize, Serialize};
 
@@ -113,10 +113,7 @@ impl World {
     pub fn new() -> World {
         let mut physics = PhysicsWorld::new();
         physics.gravity = Vector::new(0.0, 0.0, -GRAVITY);
-        let softness = |natural_frequency| SpringCoefficients {
-            natural_frequency,
-            damping_ratio: CONTACT_DAMPING,
-        };
+        let softness = |natural_frequency| SpringCoefficients { natural_frequency, damping_ratio: CONTACT_DAMPING };
         physics.integration_parameters = IntegrationParameters {
             dt: DT as f32,
             length_unit: LENGTH_UNIT,
@@ -129,9 +126,7 @@ impl World {
         let [x, y, z] = TABLE_HALF;
         let (_, table) = physics.insert(
             RigidBodyBuilder::fixed().translation(Vector::new(0.0, 0.0, -z)),
-            ColliderBuilder::cuboid(x, y, z)
-                .friction(TABLE_FRICTION)
-                .user_data(Tag::Table.encode()),
+            ColliderBuilder::cuboid(x, y, z).friction(TABLE_FRICTION).user_data(Tag::Table.encode()),
         );
         let hand = Hand::build(&mut physics, frame::pose_at(HOME, Default::default()));
         World {
@@ -154,9 +149,7 @@ impl World {
     /// material is impossible.
     pub fn add(&mut self, object: Object, pose: Pose) -> Result<(), SimError> {
         if object.name == TABLE || object.name == HAND || self.names.contains_key(&object.name) {
-            return Err(SimError::DuplicateName {
-                object: object.name,
-            });
+            return Err(SimError::DuplicateName { object: object.name });
         }
         object.check()?;
         check_pose(&object.name, &pose)?;
@@ -171,11 +164,7 @@ impl World {
                     .density(part.density as f32)
                     .friction(part.friction as f32)
                     .user_data(Tag::Object(index).encode());
-                Ok(if part.solid {
-                    collider
-                } else {
-                    collider.collision_groups(no_groups()).density(0.0)
-                })
+                Ok(if part.solid { collider } else { collider.collision_groups(no_groups()).density(0.0) })
             })
             .collect::<Result<Vec<_>, SimError>>()?;
         let body = match object.motion {
@@ -198,9 +187,7 @@ impl World {
     pub fn fill(&mut self, container: &str, beads: &Beads) -> Result<(), SimError> {
         let entry = &self.entries[self.index(container)?];
         let Some(interior) = entry.object.container else {
-            return Err(SimError::NoInterior {
-                object: container.to_owned(),
-            });
+            return Err(SimError::NoInterior { object: container.to_owned() });
         };
         let pose = from_engine(self.physics.bodies[entry.body].position());
         for center in beads.layout(container, &interior)? {
@@ -225,20 +212,8 @@ impl World {
     /// One of the objects does not exist, or force, range or seat are impossible.
     pub fn magnet(&mut self, magnet: Magnet) -> Result<(), SimError> {
         let (a, b) = (self.index(&magnet.a)?, self.index(&magnet.b)?);
-        within(
-            &magnet.a,
-            "a magnet's force must be 0 to 100 N",
-            &[magnet.force],
-            0.0,
-            100.0,
-        )?;
-        within(
-            &magnet.a,
-            "a magnet's range must be 0 to 0.1 m",
-            &[magnet.range],
-            0.0,
-            0.1,
-        )?;
+        within(&magnet.a, "a magnet's force must be 0 to 100 N", &[magnet.force], 0.0, 100.0)?;
+        within(&magnet.a, "a magnet's range must be 0 to 0.1 m", &[magnet.range], 0.0, 0.1)?;
         check_pose(&magnet.a, &magnet.seat)?;
         self.bonds.push(Bond { a, b, magnet });
         Ok(())
@@ -259,20 +234,9 @@ impl World {
     ///
     /// # Errors
     /// There is no such object, the displacement leads out of the workshop, or the duration is not between 0.01 and 60 s.
-    pub fn push(
-        &mut self,
-        object: &str,
-        displacement: [f64; 3],
-        seconds: f64,
-    ) -> Result<(), SimError> {
+    pub fn push(&mut self, object: &str, displacement: [f64; 3], seconds: f64) -> Result<(), SimError> {
         let index = self.index(object)?;
-        within(
-            object,
-            "a push must take 0.01 to 60 s",
-            &[seconds],
-            0.01,
-            60.0,
-        )?;
+        within(object, "a push must take 0.01 to 60 s", &[seconds], 0.01, 60.0)?;
         let entry = &self.entries[index];
         let displacement = Vector3::from(displacement);
         let mut end = from_engine(self.physics.bodies[entry.body].position());
@@ -281,14 +245,7 @@ impl World {
         self.pushes.retain(|push| push.object != index);
         let steps = libm::round(seconds / DT) as u32;
         let dynamic = entry.object.motion == Motion::Dynamic;
-        let push = Push::begin(
-            &mut self.physics,
-            index,
-            entry.body,
-            displacement,
-            steps,
-            dynamic,
-        );
+        let push = Push::begin(&mut self.physics, index, entry.body, displacement, steps, dynamic);
         self.pushes.push(push);
         Ok(())
     }
@@ -304,19 +261,14 @@ impl World {
             }
         }
         for bond in &self.bonds {
-            bond.pull(
-                &mut self.physics,
-                self.entries[bond.a].body,
-                self.entries[bond.b].body,
-            );
+            bond.pull(&mut self.physics, self.entries[bond.a].body, self.entries[bond.b].body);
         }
         for push in &mut self.pushes {
             push.drive(&mut self.physics, self.entries[push.object].body);
         }
         self.physics.step();
         let (physics, entries) = (&mut self.physics, &self.entries);
-        self.pushes
-            .retain(|push| !push.finish(physics, entries[push.object].body));
+        self.pushes.retain(|push| !push.finish(physics, entries[push.object].body));
         self.hand.feel(&self.physics);
         self.steps += 1;
     }
@@ -355,12 +307,7 @@ impl World {
 
     /// Index of the object of this name.
     pub(crate) fn index(&self, name: &str) -> Result<usize, SimError> {
-        self.names
-            .get(name)
-            .copied()
-            .ok_or_else(|| SimError::UnknownObject {
-                object: name.to_owned(),
-            })
+        self.names.get(name).copied().ok_or_else(|| SimError::UnknownObject { object: name.to_owned() })
     }
 
     /// Whether the world's numbers are still sound: nothing infinite, nothing that moves further than 5 m from the origin. Else the run is spoilt.
@@ -379,11 +326,7 @@ impl World {
 pub(crate) fn steps_in(seconds: f64) -> u64 {
     /// An hour.
     const LONGEST: f64 = 3600.0;
-    if seconds > 0.0 {
-        libm::round(seconds.min(LONGEST) / DT) as u64
-    } else {
-        0
-    }
+    if seconds > 0.0 { libm::round(seconds.min(LONGEST) / DT) as u64 } else { 0 }
 }
 
 /// Collides with nothing.

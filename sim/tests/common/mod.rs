@@ -1,0 +1,108 @@
+//! Scenes and hands for the tests: the pouring scene as measured, and keyframes relative to a frame.
+#![allow(dead_code)] // each test file uses its own part
+
+use situ_sim::{Beads, Cup, Gripper, Handle, Lid, Magnet, MotionEnd, Object, Pose, World, pose_at, rotation_about};
+
+/// Seconds that a gripper command takes.
+pub(crate) const GRIPPER_TIME: f64 = 0.5;
+
+/// A pose at a place on the table, turned about the vertical.
+pub(crate) fn standing(x: f64, y: f64, z: f64, yaw: f64) -> Pose {
+    pose_at([x, y, z], rotation_about([0.0, 0.0, 1.0], yaw))
+}
+
+/// A pose in the plane y = 0, pitched about y.
+pub(crate) fn pitched(x: f64, z: f64, pitch: f64) -> Pose {
+    pose_at([x, 0.0, z], rotation_about([0.0, 1.0, 0.0], pitch))
+}
+
+/// Pitcher with beads near −x, bowl near +x, a mat under the pitcher, the hand above the middle.
+pub(crate) fn pouring(beads: &Beads, pitcher: Pose, bowl: Pose) -> World {
+    let mut world = World::new();
+    world.add(Object::mat("mat", 0.06, 0.06), pitcher).unwrap();
+    world.add(Object::cup("pitcher", &Cup::PITCHER, Some(&Handle::default())), pitcher).unwrap();
+    world.add(Object::cup("bowl", &Cup::BOWL, None).with_color([150, 170, 110]), bowl).unwrap();
+    world.fill("pitcher", beads).unwrap();
+    world.place_gripper(standing(0.0, 0.0, 0.30, 0.0), 0.06);
+    world.settle(0.3);
+    world
+}
+
+/// Puts the magnetic lid on the pitcher.
+pub(crate) fn close_pitcher(world: &mut World) {
+    let seat = Pose::translation(0.0, 0.0, Cup::PITCHER.height);
+    let pose = world.pose("pitcher").unwrap() * seat;
+    world.add(Object::lid("lid", &Lid::PITCHER), pose).unwrap();
+    world.magnet(Magnet { a: "lid".into(), b: "pitcher".into(), seat, force: 2.0, range: 0.005 }).unwrap();
+    world.settle(0.3);
+}
+
+/// One keyframe: move, then command the gripper if there is a command, then wait.
+pub(crate) fn keyframe(
+    world: &mut World,
+    frame: &Pose,
+    tcp: Pose,
+    gripper: Option<Gripper>,
+    wait: f64,
+    observer: &mut dyn FnMut(&World),
+) -> MotionEnd {
+    let end = world.move_hand(frame * tcp, observer);
+    if let Some(gripper) = gripper {
+        world.command(gripper);
+        world.hold(GRIPPER_TIME, observer);
+    }
+    world.hold(wait, observer);
+    end
+}
+
+/// Takes the pitcher by its handle and lifts it.
+pub(crate) fn grasp(world: &mut World, observer: &mut dyn FnMut(&World)) {
+    let frame = world.pose("pitcher").unwrap();
+    for (z, gripper) in [(0.17, Some(Gripper::Open(0.06))), (0.06, Some(Gripper::Close(30.0))), (0.22, None)] {
+        keyframe(world, &frame, pitched(-0.08, z, 0.0), gripper, 0.0, observer);
+    }
+}
+
+/// Where the tool centre point is when the pitcher's lip is at (x, z) in the bowl's frame and the hand is pitched.
+pub(crate) fn lip(x: f64, z: f64, pitch: f64) -> Pose {
+    pitched(x, z, pitch) * Pose::translation(-0.12, 0.0, -0.04)
+}
+
+/// The first half of the pour: up to the full tilt.
+pub(crate) fn tilt(world: &mut World, observer: &mut dyn FnMut(&World)) {
+    let frame = world.pose("bowl").unwrap();
+    for (x, z, pitch) in [(-0.03, 0.22, 0.0), (-0.03, 0.17, 0.8), (-0.03, 0.14, 1.5), (-0.03, 0.13, 2.0)] {
+        keyframe(world, &frame, lip(x, z, pitch), None, 0.0, observer);
+    }
+}
+
+/// The second half: wait, come back upright, put the pitcher on the mat.
+pub(crate) fn put_back(world: &mut World, observer: &mut dyn FnMut(&World)) {
+    world.hold(1.0, observer);
+    let bowl = world.pose("bowl").unwrap();
+    for (x, z, pitch) in [(-0.03, 0.17, 0.8), (-0.03, 0.22, 0.0)] {
+        keyframe(world, &bowl, lip(x, z, pitch), None, 0.0, observer);
+    }
+    let mat = world.pose("mat").unwrap();
+    for (z, gripper) in [(0.22, None), (0.062, Some(Gripper::Open(0.06))), (0.20, None)] {
+        keyframe(world, &mat, pitched(-0.08, z, 0.0), gripper, 0.0, observer);
+    }
+}
+
+/// How far apart two poses are: metres and radians.
+pub(crate) fn apart(a: &Pose, b: &Pose) -> (f64, f64) {
+    ((a.translation.vector - b.translation.vector).norm(), a.rotation.angle_to(&b.rotation))
+}
+
+/// Every bit that can be seen of a world: poses, speeds, opening, force, beads.
+pub(crate) fn bits(world: &World) -> Vec<u64> {
+    let mut numbers: Vec<f64> = vec![world.time(), world.opening(), world.hand_force()];
+    for name in world.objects() {
+        let pose = world.pose(name).unwrap();
+        numbers.extend(pose.translation.vector.iter().chain(pose.rotation.coords.iter()));
+        numbers.push(world.speed(name).unwrap());
+        numbers.extend(world.grip_force(name));
+    }
+    numbers.extend(world.beads().into_iter().flatten());
+    numbers.into_iter().map(f64::to_bits).collect()
+}
