@@ -1,1 +1,37 @@
-//! State-Indexed Task Updates: task models as automata of primitives, and how corrective demonstrations change them.
+//! State-Indexed Task Updates (SITU): task models as automata of primitives, and how corrective demonstrations change them.
+//!
+//! The paper is Gutierrez, Short, Niekum and Thomaz, "Towards Online Learning from Corrective Demonstrations" (2018).
+//!
+//! | paper | here |
+//! |---|---|
+//! | task model `T` | [`task_model::TaskModel`] |
+//! | node `z`, policy `π`, initiation classifier `c` | [`task_model::Node`], [`primitive`] |
+//! | `parent(z)`, `children(z)` | [`task_model::TaskModel::parents`], [`task_model::TaskModel::children`] |
+//! | Algorithm 1, `SITU(z, S, D, T)` | [`situ::situ`] |
+//! | Algorithm 2, `Local-Update` | `local_update` in [`mod@situ`] |
+//! | A1.6, applicable primitives | [`task_model::TaskModel::applicable`] |
+//! | A2.2, A2.4: Cluster, Find-Policy | [`candidates::find`], [`primitive::Learner::cluster_and_find`] |
+//! | A2.3, Local-Reconnect | [`task_model::TaskModel::local_reconnect`] |
+//! | `S(Z)` | [`task_model::TaskModel::starts`] |
+//! | Fit-Policy, Fit-Classifier | [`primitive::Learner`] |
+//! | segmentation | [`segmentation`] |
+//! | keyframe instantiation | [`keyframe`] |
+//! | the three edit types | [`edit`] |
+//!
+//! The crate knows no physics, no files and no clock, and takes every random number from a seed that its caller names.
+
+pub mod candidates;
+pub mod decisions;
+pub mod demonstration;
+pub mod edit;
+pub mod error;
+pub mod graph;
+pub mod keyframe;
+pub mod method;
+pub mod place;
+pub mod primitive;
+pub mod random;
+pub mod segmentation;
+pub mod situ;
+pub mod task_model;
+pub mod trace;

@@ -1,0 +1,84 @@
+//! What the paper leaves open about the *structure* of an update, each decision a switch.
+//!
+//! The kernels' own decisions (D2b, D2c, D5 to D8, D12 to D16) are parameters of [`crate::keyframe`].
+
+use serde::{Deserialize, Serialize};
+
+/// Decision D2: negatives that no sibling gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Background {
+    /// Whether the start states of predecessors and successors are negatives.
+    pub neighbours: bool,
+    /// How many start states of other primitives, spread evenly over the model, are negatives.
+    pub others: usize,
+}
+
+/// Decision D10: which primitives are compared with a segment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Candidates {
+    /// The applicable primitives `Z`, of whatever reference object, as printed.
+    Applicable,
+    /// The primitives of `Z` with the segment's reference object; where none of them matches, this many others of that
+    /// object, the nearest by start state.
+    ReferenceFallback(usize),
+    /// Every primitive of the model: what indexing saves, made visible (`situ:all_nodes`).
+    All,
+}
+
+/// Decision D18: when a segment replaces a primitive's policy instead of adding a primitive beside it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Modify {
+    /// The primitive's classifier must give the segment's start state at least this probability.
+    pub min_probability: f64,
+    /// The segment must be no further from the primitive's policy than this, in the unit of the cut.
+    pub max_distance: f64,
+}
+
+/// The decisions; [`Decisions::mended`] is `situ`, [`Decisions::literal`] the listing as printed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Decisions {
+    /// D1: take a primitive's own positives out of its negatives (A2.17 as printed leaves them in).
+    pub subtract_own_positives: bool,
+    /// D2: background negatives.
+    pub background: Background,
+    /// D3: give the segment's start state to the siblings as a negative, END among them, and terminal states to END's siblings.
+    pub push_to_siblings: bool,
+    /// D4: whether clusters of candidates without the segment are merged.
+    pub merge_redundant: bool,
+    /// D10: the candidates.
+    pub candidates: Candidates,
+    /// D18: modification.
+    pub modify: Option<Modify>,
+}
+
+impl Decisions {
+    /// The decisions of `situ`.
+    pub const fn mended() -> Self {
+        Self {
+            subtract_own_positives: true,
+            background: Background { neighbours: true, others: 8 },
+            push_to_siblings: true,
+            merge_redundant: true,
+            candidates: Candidates::ReferenceFallback(8),
+            modify: Some(Modify { min_probability: 0.5, max_distance: 15.0 }),
+        }
+    }
+
+    /// The listing as printed.
+    pub const fn literal() -> Self {
+        Self {
+            subtract_own_positives: false,
+            background: Background { neighbours: false, others: 0 },
+            push_to_siblings: false,
+            merge_redundant: true,
+            candidates: Candidates::Applicable,
+            modify: None,
+        }
+    }
+}
+
+impl Default for Decisions {
+    fn default() -> Self {
+        Self::mended()
+    }
+}

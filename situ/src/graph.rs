@@ -1,0 +1,70 @@
+//! A task model as others see it: nodes, edges, the data beneath them, and what each primitive does.
+//!
+//! The one view that models of every method share: for the difference of two models, for structure scores and pictures.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::sync::Arc;
+
+use crate::demonstration::Pose;
+use crate::place::{NodeId, Place, SegmentId};
+use crate::primitive::Learner;
+use crate::task_model::TaskModel;
+
+/// A node of the graph.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Node {
+    /// Its id in the model.
+    pub id: NodeId,
+    /// Its reference object.
+    pub reference: Arc<str>,
+    /// The segments it holds, in order.
+    pub segments: Vec<SegmentId>,
+    /// The path of its mean execution, relative to its reference object.
+    pub path: Vec<Pose>,
+}
+
+/// A task model's structure.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Graph {
+    /// The primitives, in the order of their ids.
+    pub nodes: Vec<Node>,
+    /// The edges, START and END among their ends, in order.
+    pub edges: Vec<(Place, Place)>,
+}
+
+impl Graph {
+    /// The graph of a task model.
+    pub fn of<L: Learner>(model: &TaskModel<L>, learner: &L) -> Self {
+        let node = |(id, node): (NodeId, &crate::task_model::Node<L>)| Node {
+            id,
+            reference: node.reference.clone(),
+            segments: node.segments.iter().copied().collect(),
+            path: learner.path(&node.policy),
+        };
+        Self { nodes: model.nodes().map(node).collect(), edges: model.edges().collect() }
+    }
+
+    /// The node that holds each segment.
+    pub fn holders(&self) -> BTreeMap<SegmentId, &Node> {
+        self.nodes.iter().flat_map(|node| node.segments.iter().map(move |segment| (*segment, node))).collect()
+    }
+
+    /// The graph in the DOT language of Graphviz: one node for each primitive, besides START and END.
+    pub fn to_dot(&self, name: &str) -> String {
+        let quoted = |text: &str| format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""));
+        let mut dot = format!(
+            "digraph {} {{\n  rankdir=LR;\n  START [shape=circle];\n  END [shape=doublecircle];\n",
+            quoted(name)
+        );
+        for node in &self.nodes {
+            let label = quoted(&format!("{} {}", node.id, node.reference));
+            let _ = writeln!(dot, "  {} [shape=box, label={label}];", node.id);
+        }
+        for (from, to) in &self.edges {
+            let _ = writeln!(dot, "  {from} -> {to};");
+        }
+        dot.push_str("}\n");
+        dot
+    }
+}

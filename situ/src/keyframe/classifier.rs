@@ -1,0 +1,56 @@
+//! The initiation classifier: a ridge logistic regression over the scaled state (decisions D2b, D2c, D10b, D16).
+
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::logistic::LogisticFit;
+use super::parameters::Lift;
+use crate::demonstration::State;
+use crate::primitive::Initiation;
+
+/// A fitted initiation classifier.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct KeyframeClassifier {
+    pub(super) lift: Lift,
+    pub(super) fit: LogisticFit,
+    /// Mean of the scaled positives, one number a feature.
+    pub(super) centre: Vec<f64>,
+    /// Greatest root mean square scaled distance to the centre at which it is activated; infinite where unbounded.
+    pub(super) radius: f64,
+    #[serde(skip)]
+    pub(super) scales: Arc<[f64]>,
+}
+
+/// The state in units of its features' scales (decision D16).
+pub(super) fn scaled(state: &State, scales: &[f64]) -> Vec<f64> {
+    state.values().iter().zip(scales).map(|(value, scale)| value / scale).collect()
+}
+
+/// Mean squared difference a feature.
+pub(super) fn squared_distance(left: &[f64], right: &[f64]) -> f64 {
+    left.iter().zip(right).map(|(left, right)| (left - right) * (left - right)).sum::<f64>() / left.len() as f64
+}
+
+/// The row that the regression is linear in. Features are divided by √dimension, so that the ridge means the same for any schema.
+pub(super) fn lifted(lift: Lift, scaled: &[f64], centre: &[f64]) -> Vec<f64> {
+    let row = match lift {
+        Lift::QuadraticDiagonal => scaled.iter().copied().chain(scaled.iter().map(|value| value * value)).collect(),
+        Lift::Linear => scaled.to_vec(),
+        Lift::Distance => vec![squared_distance(scaled, centre)],
+    };
+    let norm = libm::sqrt(row.len() as f64);
+    row.into_iter().map(|value: f64| value / norm).collect()
+}
+
+impl Initiation for KeyframeClassifier {
+    fn probability(&self, state: &State) -> f64 {
+        self.fit.probability(&lifted(self.lift, &scaled(state, &self.scales), &self.centre))
+    }
+
+    fn is_applicable(&self, state: &State) -> bool {
+        let scaled = scaled(state, &self.scales);
+        squared_distance(&scaled, &self.centre) <= self.radius * self.radius
+            && self.fit.probability(&lifted(self.lift, &scaled, &self.centre)) >= 0.5
+    }
+}

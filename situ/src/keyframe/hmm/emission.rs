@@ -1,0 +1,216 @@
+//! The emission of a hidden state: a Gaussian over poses and a gripper command.
+
+use core::f64::consts::PI;
+
+use nalgebra::{Matrix3, Matrix6, Vector3};
+use rand::Rng;
+use serde::{Deserialize, Serialize};
+
+use super::gripper::GripperEmission;
+use super::{EmissionDensity, HmmError, HmmParameters};
+use crate::demonstration::{Gripper, Pose};
+use crate::keyframe::pose::{Tangent, exp, log, rotation_exp};
+use crate::random::standard_normal;
+
+/// Number of dimensions of a pose's tangent space.
+const DIMENSIONS: f64 = 6.0;
+
+/// What a hidden state emits at one step.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Observation {
+    /// The pose, in the frame of the reference object.
+    pub pose: Pose,
+    /// The gripper command; none where it is not part of the model (signatures).
+    pub gripper: Option<Gripper>,
+}
+
+/// A Gaussian in the tangent space at its mean pose (decision D13), times the gripper command's distribution.
+///
+/// The density is with respect to metres and radians of that tangent space. To change a mean or a covariance make a new
+/// emission by [`Emission::new`]: the factor of the covariance is kept beside it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Stored", into = "Stored")]
+pub struct Emission {
+    /// The mean pose.
+    pub mean: Pose,
+    /// Covariance of the likelihood, prior and all (decision D12): metres and radians, position first, shape (6, 6).
+    pub covariance: Matrix6<f64>,
+    /// The data's own scatter about the mean, without a prior (decision D15): shape (6, 6), often singular.
+    pub scatter: Matrix6<f64>,
+    /// The gripper command; none where the data had none.
+    pub gripper: Option<GripperEmission>,
+    /// W with Wᵀ W = Σ⁻¹, lower triangular: the inverse of the Cholesky factor.
+    whitening: Matrix6<f64>,
+    /// −½ (6 log 2π + log |Σ|).
+    log_normaliser: f64,
+}
+
+impl Emission {
+    /// An emission of this mean and covariance.
+    ///
+    /// # Errors
+    /// [`HmmError::NotPositiveDefinite`] where `covariance` is not.
+    pub fn new(
+        mean: Pose,
+        covariance: Matrix6<f64>,
+        scatter: Matrix6<f64>,
+        gripper: Option<GripperEmission>,
+    ) -> Result<Self, HmmError> {
+        let (whitening, log_determinant) = whiten(&covariance).ok_or(HmmError::NotPositiveDefinite)?;
+        let log_normaliser = -0.5 * (DIMENSIONS * libm::log(2.0 * PI) + log_determinant);
+        Ok(Self { mean, covariance, scatter, gripper, whitening, log_normaliser })
+    }
+
+    /// The most probable kind of command, with its mean value; none where the data had none.
+    pub fn gripper_command(&self) -> Option<Gripper> {
+        self.gripper.map(|gripper| gripper.most_probable())
+    }
+
+    /// The same emission without its gripper command.
+    #[must_use]
+    pub fn pose_only(&self) -> Self {
+        Self { gripper: None, ..self.clone() }
+    }
+
+    /// Squared Mahalanobis length of a tangent vector at the mean.
+    pub fn mahalanobis_squared(&self, tangent: &Tangent) -> f64 {
+        let mut sum = 0.0;
+        for row in 0..6 {
+            let mut whitened = 0.0;
+            for column in 0..=row {
+                whitened += self.whitening[(row, column)] * tangent[column];
+            }
+            sum += whitened * whitened;
+        }
+        sum
+    }
+
+    /// Log density of the pose alone.
+    pub fn pose_log_density(&self, pose: &Pose) -> f64 {
+        self.log_normaliser - 0.5 * self.mahalanobis_squared(&log(&self.mean, pose))
+    }
+
+    /// What the prior of decision D12 adds to the objective of the fit: −½ ν₀ (log |Σ| + tr Σ⁻¹ S₀).
+    pub(super) fn log_prior(&self, parameters: &HmmParameters) -> f64 {
+        let mut trace = 0.0;
+        for column in 0..6 {
+            let floor = if column < 3 { parameters.position_floor } else { parameters.rotation_floor };
+            for row in column..6 {
+                trace += self.whitening[(row, column)] * self.whitening[(row, column)] * floor * floor;
+            }
+        }
+        let log_determinant = -2.0 * self.log_normaliser - DIMENSIONS * libm::log(2.0 * PI);
+        let gripper = self.gripper.map_or(0.0, |gripper| gripper.log_prior(parameters));
+        gripper - 0.5 * parameters.prior_weight * (log_determinant + trace)
+    }
+}
+
+impl EmissionDensity for Emission {
+    type Frame = Observation;
+
+    /// A frame without a command, or an emission without one, is judged by its pose alone.
+    fn log_density(&self, frame: &Observation) -> f64 {
+        let gripper = match (self.gripper, frame.gripper) {
+            (Some(emission), Some(command)) => emission.log_density(command),
+            _ => 0.0,
+        };
+        self.pose_log_density(&frame.pose) + gripper
+    }
+
+    /// The other mean is expressed in the tangent space at this one's, its covariance transported there along the geodesic
+    /// (Zeestraten et al. 2017). The commands count where both have one.
+    fn kl(&self, other: &Self) -> f64 {
+        let apart = log(&self.mean, &other.mean);
+        // In body coordinates, transport along Exp(ω) turns a tangent vector by −ω/2, and back by P = +ω/2. The other's
+        // covariance here is P Σ Pᵀ, so its whitening is W Pᵀ.
+        let back = rotation(&(-0.5 * Vector3::new(apart[3], apart[4], apart[5])));
+        let mut transport = Matrix6::identity();
+        transport.fixed_view_mut::<3, 3>(3, 3).copy_from(&back);
+        let whitening = other.whitening * transport;
+        let spread = whitening * self.covariance * whitening.transpose();
+        let distance = whitening * apart;
+        let mut sum = -DIMENSIONS;
+        for axis in 0..6 {
+            sum += spread[(axis, axis)] + distance[axis] * distance[axis];
+        }
+        let poses = 0.5 * sum + self.log_normaliser - other.log_normaliser;
+        match (&self.gripper, &other.gripper) {
+            (Some(own), Some(others)) => poses + own.kl(others),
+            _ => poses,
+        }
+    }
+
+    fn sample(&self, rng: &mut impl Rng) -> Observation {
+        // x = L z is the solution of W x = z.
+        let mut tangent = Tangent::zeros();
+        for row in 0..6 {
+            let mut value = standard_normal(rng);
+            for column in 0..row {
+                value -= self.whitening[(row, column)] * tangent[column];
+            }
+            tangent[row] = value / self.whitening[(row, row)];
+        }
+        Observation { pose: exp(&self.mean, &tangent), gripper: self.gripper.map(|gripper| gripper.sample(rng)) }
+    }
+}
+
+fn rotation(vector: &Vector3<f64>) -> Matrix3<f64> {
+    rotation_exp(vector).to_rotation_matrix().into_inner()
+}
+
+/// The inverse of the Cholesky factor of a positive definite matrix, and the log of its determinant.
+fn whiten(covariance: &Matrix6<f64>) -> Option<(Matrix6<f64>, f64)> {
+    let mut factor = Matrix6::zeros();
+    let mut log_determinant = 0.0;
+    for column in 0..6 {
+        for row in column..6 {
+            let mut value = covariance[(row, column)];
+            for k in 0..column {
+                value -= factor[(row, k)] * factor[(column, k)];
+            }
+            if row > column {
+                factor[(row, column)] = value / factor[(column, column)];
+            } else if value.is_finite() && value > 0.0 {
+                factor[(row, column)] = libm::sqrt(value);
+                log_determinant += libm::log(value);
+            } else {
+                return None;
+            }
+        }
+    }
+    let mut inverse = Matrix6::zeros();
+    for column in 0..6 {
+        for row in column..6 {
+            let mut value = if row == column { 1.0 } else { 0.0 };
+            for k in column..row {
+                value -= factor[(row, k)] * inverse[(k, column)];
+            }
+            inverse[(row, column)] = value / factor[(row, row)];
+        }
+    }
+    Some((inverse, log_determinant))
+}
+
+/// What is written of an emission: all but what follows from it.
+#[derive(Serialize, Deserialize)]
+struct Stored {
+    mean: Pose,
+    covariance: Matrix6<f64>,
+    scatter: Matrix6<f64>,
+    gripper: Option<GripperEmission>,
+}
+
+impl From<Emission> for Stored {
+    fn from(emission: Emission) -> Self {
+        let Emission { mean, covariance, scatter, gripper, .. } = emission;
+        Self { mean, covariance, scatter, gripper }
+    }
+}
+
+impl TryFrom<Stored> for Emission {
+    type Error = HmmError;
+
+    fn try_from(stored: Stored) -> Result<Self, HmmError> {
+        Self::new(stored.mean, stored.covariance, stored.scatter, stored.gripper)
+    }
+}

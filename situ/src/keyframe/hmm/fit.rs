@@ -1,0 +1,323 @@
+//! Expectation maximisation of a left-to-right model (decisions D12 to D14).
+
+use nalgebra::Matrix6;
+
+use super::inference::LogChain;
+use super::transition::{farthest, last_start, proportions};
+use super::{Emission, GripperEmission, Hmm, HmmError, HmmParameters, Observation};
+use crate::demonstration::{Gripper, Pose};
+use crate::keyframe::pose::{karcher_mean, karcher_mean_from, log};
+
+/// A state with no more expected frames than this keeps the parameters it had.
+const EMPTY_STATE: f64 = 1e-12;
+/// Frames whose share of a state is below this are left out of its sums: together they are under the rounding error.
+const NEGLIGIBLE_SHARE: f64 = 1e-20;
+
+/// A fitted model and how it was reached.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fit {
+    /// The model.
+    pub hmm: Hmm,
+    /// Re-estimations made.
+    pub iterations: usize,
+    /// Whether the objective came to rest before the iterations ran out.
+    pub converged: bool,
+    /// Log likelihood of the sequences before the first re-estimation and after each: `iterations + 1` numbers.
+    pub log_likelihoods: Vec<f64>,
+    /// The objective that re-estimation climbs, at the same moments: the log likelihood plus the log prior of the
+    /// covariances and of the gripper commands, but for constants.
+    ///
+    /// Where all rotations are equal no re-estimation lowers it, but for rounding. With rotations it can fall: the weighted
+    /// mean on the manifold maximises the expected log density exactly only where the rotation block of Σ is isotropic or
+    /// the residuals are small, since the logarithm's derivative with respect to its base is not −1. The effect is of the
+    /// order of the residual angle squared.
+    pub objectives: Vec<f64>,
+    /// Expected number of frames in each state under the model, shape (K).
+    pub occupancy: Vec<f64>,
+}
+
+/// What one fit needs besides the model; nothing is allocated again from one re-estimation to the next.
+struct Workspace {
+    chain: LogChain,
+    poses: Vec<Pose>,
+    grippers: Vec<Option<Gripper>>,
+    /// Frame at which each sequence starts, and the number of frames after the last.
+    starts: Vec<usize>,
+    densities: Vec<f64>,
+    forward: Vec<f64>,
+    backward: Vec<f64>,
+    /// Shape (frames, K).
+    occupancy: Vec<f64>,
+    /// Shape (K, K).
+    transitions: Vec<f64>,
+    /// Of one state: the frames that count, their weights and their commands.
+    own_poses: Vec<Pose>,
+    own_weights: Vec<f64>,
+    own_commands: Vec<(Gripper, f64)>,
+}
+
+impl Hmm {
+    /// Fits a left-to-right model of `states` states: each can stay, go to the next, past it where `skip` is set, or end.
+    ///
+    /// Starts from each sequence cut into `states` even runs; then re-estimates by expectation maximisation, maximum a
+    /// posteriori: Σ = (Σγrrᵀ + ν₀S₀)/(Σγ + ν₀) with r the residual in the tangent space at the weighted mean pose, and
+    /// probabilities of the chain that are proportional to their expected counts but never below the floor. The same
+    /// input gives the same bits.
+    ///
+    /// # Errors
+    /// Where there is no sequence, one has no frame, or a number is not finite; where `states` is 0 or a parameter is out of
+    /// its range; where, with a floor of 0, a sequence is impossible.
+    pub fn fit(sequences: &[&[Observation]], states: usize, parameters: &HmmParameters) -> Result<Fit, HmmError> {
+        if states == 0 {
+            return Err(HmmError::NoState);
+        }
+        let mut workspace = Workspace::new(sequences, states, parameters)?;
+        let mut hmm = blank(states, &workspace, parameters)?;
+        workspace.cut_evenly(states);
+        workspace.maximise(&mut hmm, parameters, true)?;
+        workspace.climb(hmm, parameters)
+    }
+
+    /// [`Hmm::fit`] from this model instead of the even cut: for re-estimation after new data came.
+    ///
+    /// # Errors
+    /// As [`Hmm::fit`]; and [`HmmError::Topology`] where this model has transitions that the parameters do not allow.
+    pub fn refit(&self, sequences: &[&[Observation]], parameters: &HmmParameters) -> Result<Fit, HmmError> {
+        let k = self.states();
+        if k == 0 {
+            return Err(HmmError::NoState);
+        }
+        let shaped = self.initial.len() == k && self.end.len() == k && self.transition.len() == k * k;
+        let open = |at: usize| (at / k..=farthest(at / k, k, parameters.skip)).contains(&(at % k));
+        let starts = |state: usize| state <= last_start(k, parameters.skip);
+        if !shaped
+            || self.transition.iter().enumerate().any(|(at, probability)| *probability > 0.0 && !open(at))
+            || self.initial.iter().enumerate().any(|(state, probability)| *probability > 0.0 && !starts(state))
+        {
+            return Err(HmmError::Topology);
+        }
+        Workspace::new(sequences, k, parameters)?.climb(self.clone(), parameters)
+    }
+}
+
+/// A model that knows nothing yet: every way as likely, every state at the prior.
+fn blank(states: usize, workspace: &Workspace, parameters: &HmmParameters) -> Result<Hmm, HmmError> {
+    let gripper = workspace.grippers.iter().any(Option::is_some).then(GripperEmission::unseen);
+    let emission = Emission::new(Pose::identity(), prior(parameters), Matrix6::zeros(), gripper)?;
+    let mut hmm = Hmm {
+        initial: vec![0.0; states],
+        transition: vec![0.0; states * states],
+        end: vec![0.0; states],
+        emissions: vec![emission; states],
+    };
+    let last = last_start(states, parameters.skip);
+    hmm.initial[..=last].fill(1.0 / (last + 1) as f64);
+    for state in 0..states {
+        let farthest = farthest(state, states, parameters.skip);
+        let share = 1.0 / (farthest - state + 2) as f64;
+        hmm.transition[state * states + state..=state * states + farthest].fill(share);
+        hmm.end[state] = share;
+    }
+    Ok(hmm)
+}
+
+/// S₀.
+fn prior(parameters: &HmmParameters) -> Matrix6<f64> {
+    Matrix6::from_fn(|row, column| {
+        let floor = if row < 3 { parameters.position_floor } else { parameters.rotation_floor };
+        if row == column { floor * floor } else { 0.0 }
+    })
+}
+
+impl Workspace {
+    fn new(sequences: &[&[Observation]], states: usize, parameters: &HmmParameters) -> Result<Self, HmmError> {
+        parameters.check()?;
+        if sequences.is_empty() {
+            return Err(HmmError::NoSequence);
+        }
+        let (mut poses, mut grippers, mut starts) = (Vec::new(), Vec::new(), vec![0]);
+        for (index, sequence) in sequences.iter().enumerate() {
+            if sequence.is_empty() {
+                return Err(HmmError::EmptySequence { sequence: index });
+            }
+            for (frame, observation) in sequence.iter().enumerate() {
+                let pose = &observation.pose;
+                let finite = pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|x| x.is_finite());
+                if !finite || observation.gripper.is_some_and(|command| !command.value().is_finite()) {
+                    return Err(HmmError::NotFinite { sequence: index, frame });
+                }
+                poses.push(*pose);
+                grippers.push(observation.gripper);
+            }
+            starts.push(poses.len());
+        }
+        let cells = poses.len() * states;
+        Ok(Self {
+            chain: LogChain::default(),
+            densities: vec![0.0; cells],
+            forward: vec![0.0; cells],
+            backward: Vec::with_capacity(2 * states),
+            occupancy: vec![0.0; cells],
+            transitions: vec![0.0; states * states],
+            own_poses: Vec::with_capacity(poses.len()),
+            own_weights: Vec::with_capacity(poses.len()),
+            own_commands: Vec::with_capacity(poses.len()),
+            poses,
+            grippers,
+            starts,
+        })
+    }
+
+    /// The start: frame t of T belongs to state ⌊tK/T⌋. Where a sequence has fewer frames than there are states, a state
+    /// without a frame borrows the one nearest to its place.
+    fn cut_evenly(&mut self, states: usize) {
+        self.occupancy.fill(0.0);
+        self.transitions.fill(0.0);
+        for bounds in self.starts.windows(2) {
+            let frames = bounds[1] - bounds[0];
+            let mut before = None;
+            for frame in 0..frames {
+                let state = frame * states / frames;
+                self.occupancy[(bounds[0] + frame) * states + state] = 1.0;
+                if let Some(before) = before {
+                    self.transitions[before * states + state] += 1.0;
+                }
+                before = Some(state);
+            }
+            for state in 0..states {
+                let nearest = (2 * state + 1) * frames / (2 * states);
+                if frames < states {
+                    self.occupancy[(bounds[0] + nearest) * states + state] = 1.0;
+                }
+            }
+        }
+    }
+
+    /// Climbs until the objective comes to rest.
+    fn climb(&mut self, mut hmm: Hmm, parameters: &HmmParameters) -> Result<Fit, HmmError> {
+        let (mut log_likelihoods, mut objectives) = (Vec::new(), Vec::<f64>::new());
+        let mut iterations = 0;
+        loop {
+            let log_likelihood = self.expect(&hmm)?;
+            let objective: f64 =
+                log_likelihood + hmm.emissions.iter().map(|emission| emission.log_prior(parameters)).sum::<f64>();
+            let rests =
+                objectives.last().is_some_and(|last| (objective - last).abs() < parameters.tolerance * last.abs());
+            log_likelihoods.push(log_likelihood);
+            objectives.push(objective);
+            if rests || iterations == parameters.max_iterations {
+                let k = hmm.states();
+                let mut occupancy = vec![0.0; k];
+                for frame in self.occupancy.chunks_exact(k) {
+                    occupancy.iter_mut().zip(frame).for_each(|(sum, share)| *sum += share);
+                }
+                return Ok(Fit { hmm, iterations, converged: rests, log_likelihoods, objectives, occupancy });
+            }
+            self.maximise(&mut hmm, parameters, false)?;
+            iterations += 1;
+        }
+    }
+
+    /// The E step; returns the log likelihood of all sequences.
+    fn expect(&mut self, hmm: &Hmm) -> Result<f64, HmmError> {
+        let k = hmm.states();
+        self.chain.set(hmm);
+        self.transitions.fill(0.0);
+        for (frame, cells) in self.densities.chunks_exact_mut(k).enumerate() {
+            for (cell, emission) in cells.iter_mut().zip(&hmm.emissions) {
+                *cell = emission.pose_log_density(&self.poses[frame]);
+                if let (Some(gripper), Some(command)) = (&emission.gripper, self.grippers[frame]) {
+                    *cell += gripper.log_density(command);
+                }
+            }
+        }
+        let mut total = 0.0;
+        for (sequence, bounds) in self.starts.windows(2).enumerate() {
+            let cells = bounds[0] * k..bounds[1] * k;
+            let log_likelihood = self.chain.expectations(
+                &self.densities[cells.clone()],
+                &mut self.forward[cells.clone()],
+                &mut self.backward,
+                &mut self.occupancy[cells],
+                &mut self.transitions,
+            );
+            if log_likelihood == f64::NEG_INFINITY {
+                return Err(HmmError::Impossible { sequence });
+            }
+            total += log_likelihood;
+        }
+        Ok(total)
+    }
+
+    /// The M step. At the `first`, the means that the emissions hold are no guess.
+    fn maximise(&mut self, hmm: &mut Hmm, parameters: &HmmParameters, first: bool) -> Result<(), HmmError> {
+        let k = hmm.states();
+        self.maximise_chain(hmm, parameters);
+        let prior = prior(parameters) * parameters.prior_weight;
+        for state in 0..k {
+            let total: f64 = self.occupancy[state..].iter().step_by(k).sum();
+            if total <= EMPTY_STATE {
+                continue;
+            }
+            let negligible = NEGLIGIBLE_SHARE * total;
+            self.own_poses.clear();
+            self.own_weights.clear();
+            self.own_commands.clear();
+            for (frame, weight) in self.occupancy[state..].iter().step_by(k).enumerate() {
+                if *weight > negligible {
+                    self.own_poses.push(self.poses[frame]);
+                    self.own_weights.push(*weight);
+                    self.own_commands.extend(self.grippers[frame].map(|command| (command, *weight)));
+                }
+            }
+            let emission = &mut hmm.emissions[state];
+            let mean = if first {
+                karcher_mean(&self.own_poses, &self.own_weights)
+            } else {
+                karcher_mean_from(&emission.mean.rotation, &self.own_poses, &self.own_weights)
+            };
+            let mut scatter = Matrix6::zeros();
+            for (pose, weight) in self.own_poses.iter().zip(&self.own_weights) {
+                let residual = log(&mean, pose);
+                for column in 0..6 {
+                    let weighted = weight * residual[column];
+                    for row in column..6 {
+                        scatter[(row, column)] += weighted * residual[row];
+                    }
+                }
+            }
+            scatter.fill_upper_triangle_with_lower_triangle();
+            let covariance = (scatter + prior) / (total + parameters.prior_weight);
+            let mut gripper = emission.gripper;
+            if let Some(gripper) = &mut gripper {
+                gripper.estimate(self.own_commands.iter().copied(), EMPTY_STATE, parameters);
+            }
+            *emission = Emission::new(mean, covariance, scatter / total, gripper)?;
+        }
+        Ok(())
+    }
+
+    /// Starts, transitions and ends, from the expected counts.
+    fn maximise_chain(&self, hmm: &mut Hmm, parameters: &HmmParameters) {
+        let k = hmm.states();
+        let floor = parameters.transition_floor;
+        let mut ways = [0.0; 4];
+        let last = last_start(k, parameters.skip);
+        for (state, way) in ways[..=last].iter_mut().enumerate() {
+            *way = self.starts[..self.starts.len() - 1].iter().map(|start| self.occupancy[start * k + state]).sum();
+        }
+        if proportions(&mut ways[..=last], floor) {
+            hmm.initial[..=last].copy_from_slice(&ways[..=last]);
+        }
+        for state in 0..k {
+            let row = state * k + state..=state * k + farthest(state, k, parameters.skip);
+            let open = row.clone().count();
+            ways[..open].copy_from_slice(&self.transitions[row.clone()]);
+            ways[open] = self.starts[1..].iter().map(|after| self.occupancy[(after - 1) * k + state]).sum();
+            if proportions(&mut ways[..=open], floor) {
+                hmm.transition[row].copy_from_slice(&ways[..open]);
+                hmm.end[state] = ways[open];
+            }
+        }
+    }
+}

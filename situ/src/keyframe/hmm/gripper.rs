@@ -1,0 +1,145 @@
+//! The gripper command of a hidden state: which kind, and how much of it (decision D11).
+
+use core::f64::consts::PI;
+
+use rand::{Rng, RngExt};
+use serde::{Deserialize, Serialize};
+
+use super::HmmParameters;
+use crate::demonstration::Gripper;
+use crate::random::standard_normal;
+
+/// The kinds of command, in the order of the arrays here.
+const KINDS: usize = 3;
+/// Prior standard deviation within a kind: a tenth of the stroke, a centimetre, five newtons.
+const FLOOR: [f64; KINDS] = [0.1, 0.01, 5.0];
+/// Mean, and standard deviation, of a kind that was never seen: the middle of what the hand can do, and all of it.
+const UNSEEN: [f64; KINDS] = [0.5, 0.04, 20.0];
+
+/// A categorical distribution over the kinds of command, and a Gaussian over the value within each.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GripperEmission {
+    /// Probability of `Opening`, `Open`, `Close`.
+    pub probabilities: [f64; KINDS],
+    /// Mean value of each kind: fraction, metres, newtons.
+    pub means: [f64; KINDS],
+    /// Variance of each kind, in the square of its unit; the prior is in it.
+    pub variances: [f64; KINDS],
+}
+
+fn index(command: Gripper) -> usize {
+    match command {
+        Gripper::Opening(_) => 0,
+        Gripper::Open(_) => 1,
+        Gripper::Close(_) => 2,
+    }
+}
+
+fn command(kind: usize, value: f64) -> Gripper {
+    match kind {
+        0 => Gripper::Opening(value),
+        1 => Gripper::Open(value),
+        _ => Gripper::Close(value),
+    }
+}
+
+impl GripperEmission {
+    /// Before any command is seen: every kind as likely.
+    pub(super) fn unseen() -> Self {
+        Self { probabilities: [1.0 / KINDS as f64; KINDS], means: UNSEEN, variances: UNSEEN.map(|value| value * value) }
+    }
+
+    /// Log density; the value is measured in the unit of its kind.
+    pub fn log_density(&self, command: Gripper) -> f64 {
+        let kind = index(command);
+        let error = command.value() - self.means[kind];
+        let variance = self.variances[kind];
+        libm::log(self.probabilities[kind]) - 0.5 * (libm::log(2.0 * PI * variance) + error * error / variance)
+    }
+
+    /// KL(self ‖ other): of the kinds, and of the values within each.
+    pub fn kl(&self, other: &Self) -> f64 {
+        let mut sum = 0.0;
+        for kind in 0..KINDS {
+            let probability = self.probabilities[kind];
+            if probability > 0.0 {
+                let ratio = self.variances[kind] / other.variances[kind];
+                let error = self.means[kind] - other.means[kind];
+                let values = 0.5 * (ratio - 1.0 - libm::log(ratio) + error * error / other.variances[kind]);
+                sum += probability * (libm::log(probability / other.probabilities[kind]) + values);
+            }
+        }
+        sum
+    }
+
+    /// A command drawn from the density. The value is not clipped to what the hand can do.
+    pub fn sample(&self, rng: &mut impl Rng) -> Gripper {
+        let uniform = rng.random::<f64>();
+        let kind = if uniform < self.probabilities[0] {
+            0
+        } else if uniform < self.probabilities[0] + self.probabilities[1] {
+            1
+        } else {
+            2
+        };
+        command(kind, self.means[kind] + libm::sqrt(self.variances[kind]) * standard_normal(rng))
+    }
+
+    /// The most probable kind with its mean value; the first of those that tie.
+    pub fn most_probable(&self) -> Gripper {
+        let mut best = 0;
+        for kind in 1..KINDS {
+            if self.probabilities[kind] > self.probabilities[best] {
+                best = kind;
+            }
+        }
+        command(best, self.means[best])
+    }
+
+    /// Maximum a posteriori from weighted commands: kinds smoothed by `gripper_smoothing` frames each, variances with
+    /// `prior_weight` frames at the kind's floor. A kind without weight keeps what it had.
+    pub(super) fn estimate(
+        &mut self,
+        commands: impl Iterator<Item = (Gripper, f64)> + Clone,
+        negligible: f64,
+        parameters: &HmmParameters,
+    ) {
+        let (mut weights, mut sums, mut squares) = ([0.0; KINDS], [0.0; KINDS], [0.0; KINDS]);
+        for (command, weight) in commands.clone() {
+            weights[index(command)] += weight;
+            sums[index(command)] += weight * command.value();
+        }
+        let total: f64 = weights.iter().sum();
+        if total <= negligible {
+            return;
+        }
+        for kind in 0..KINDS {
+            let smoothing = parameters.gripper_smoothing;
+            self.probabilities[kind] = (weights[kind] + smoothing) / (total + KINDS as f64 * smoothing);
+            if weights[kind] > negligible {
+                self.means[kind] = sums[kind] / weights[kind];
+            }
+        }
+        for (command, weight) in commands {
+            let error = command.value() - self.means[index(command)];
+            squares[index(command)] += weight * error * error;
+        }
+        for kind in 0..KINDS {
+            if weights[kind] > negligible {
+                let prior = parameters.prior_weight * FLOOR[kind] * FLOOR[kind];
+                self.variances[kind] = (squares[kind] + prior) / (weights[kind] + parameters.prior_weight);
+            }
+        }
+    }
+
+    /// What the prior adds to the objective of the fit.
+    pub(super) fn log_prior(&self, parameters: &HmmParameters) -> f64 {
+        (0..KINDS)
+            .map(|kind| {
+                let (variance, floor) = (self.variances[kind], FLOOR[kind]);
+                parameters.gripper_smoothing * libm::log(self.probabilities[kind])
+                    - 0.5 * parameters.prior_weight * (libm::log(variance) + floor * floor / variance)
+            })
+            .sum()
+    }
+}

@@ -1,0 +1,50 @@
+//! How long a model's sequences are, and where they spend their time.
+
+use super::Hmm;
+
+impl<E> Hmm<E> {
+    /// Expected number of frames in each state, n = πᵀ (I − A)⁻¹, shape (K). Infinite throughout where some sequence never
+    /// ends.
+    pub fn expected_visits(&self) -> Vec<f64> {
+        let k = self.states();
+        // (I − A)ᵀ n = π by elimination with row exchange.
+        let mut matrix: Vec<f64> = (0..k * k)
+            .map(|at| f64::from(u8::from(at / k == at % k)) - self.transition[(at % k) * k + at / k])
+            .collect();
+        let mut visits = self.initial.clone();
+        for column in 0..k {
+            let mut pivot = column;
+            for row in column + 1..k {
+                if matrix[row * k + column].abs() > matrix[pivot * k + column].abs() {
+                    pivot = row;
+                }
+            }
+            if matrix[pivot * k + column].abs() < f64::EPSILON {
+                return vec![f64::INFINITY; k];
+            }
+            for at in 0..k {
+                matrix.swap(column * k + at, pivot * k + at);
+            }
+            visits.swap(column, pivot);
+            for row in column + 1..k {
+                let factor = matrix[row * k + column] / matrix[column * k + column];
+                for at in column..k {
+                    matrix[row * k + at] -= factor * matrix[column * k + at];
+                }
+                visits[row] -= factor * visits[column];
+            }
+        }
+        for row in (0..k).rev() {
+            for at in row + 1..k {
+                visits[row] -= matrix[row * k + at] * visits[at];
+            }
+            visits[row] /= matrix[row * k + row];
+        }
+        visits
+    }
+
+    /// Expected number of frames of a sequence.
+    pub fn expected_length(&self) -> f64 {
+        self.expected_visits().iter().sum()
+    }
+}

@@ -1,0 +1,117 @@
+//! The parameters of a fit, and what can go wrong with one.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// What [`super::Hmm::fit`] depends on beside the data.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HmmParameters {
+    /// Prior standard deviation of the positions, metres: the root of the first block of S₀ (decision D12).
+    pub position_floor: f64,
+    /// Prior standard deviation of the rotations, radians: the root of the second block of S₀ (decision D12).
+    pub rotation_floor: f64,
+    /// Weight ν₀ of the prior, in frames (decision D12).
+    pub prior_weight: f64,
+    /// Least probability of a transition, an end or a start that the topology allows (decision D12).
+    pub transition_floor: f64,
+    /// Whether a state can be left out (decision D14). The way past it starts at the floor.
+    pub skip: bool,
+    /// Re-estimations at most.
+    pub max_iterations: usize,
+    /// Stop where the objective's relative change is below this.
+    pub tolerance: f64,
+    /// Frames that each kind of gripper command is credited with before any is seen.
+    pub gripper_smoothing: f64,
+}
+
+impl Default for HmmParameters {
+    /// Decisions D12 to D14: 2 cm, 9°, ν₀ = 4, floor 10⁻³, skips allowed, 20 iterations, 10⁻⁶.
+    fn default() -> Self {
+        Self {
+            position_floor: 0.02,
+            rotation_floor: 9.0 * core::f64::consts::PI / 180.0,
+            prior_weight: 4.0,
+            transition_floor: 1e-3,
+            skip: true,
+            max_iterations: 20,
+            tolerance: 1e-6,
+            gripper_smoothing: 0.1,
+        }
+    }
+}
+
+/// A row has at most four ways on (stay, next, skip, end), and the floor must leave room for them all.
+const GREATEST_TRANSITION_FLOOR: f64 = 0.25;
+
+impl HmmParameters {
+    /// # Errors
+    /// [`HmmError::Parameter`] for the first parameter out of its range.
+    pub fn check(&self) -> Result<(), HmmError> {
+        let positive = |value: f64| value.is_finite() && value > 0.0;
+        let rules = [
+            ("position_floor", self.position_floor, positive(self.position_floor), "must be above 0"),
+            ("rotation_floor", self.rotation_floor, positive(self.rotation_floor), "must be above 0"),
+            ("prior_weight", self.prior_weight, positive(self.prior_weight), "must be above 0"),
+            (
+                "transition_floor",
+                self.transition_floor,
+                (0.0..GREATEST_TRANSITION_FLOOR).contains(&self.transition_floor),
+                "must be at least 0 and below 0.25",
+            ),
+            ("tolerance", self.tolerance, self.tolerance >= 0.0, "must be at least 0"),
+            ("gripper_smoothing", self.gripper_smoothing, positive(self.gripper_smoothing), "must be above 0"),
+        ];
+        match rules.into_iter().find(|(_, _, holds, _)| !holds) {
+            None => Ok(()),
+            Some((parameter, value, _, rule)) => Err(HmmError::Parameter { parameter, value, rule }),
+        }
+    }
+}
+
+/// Why a model could not be made.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum HmmError {
+    /// Nothing to fit to.
+    #[error("no sequence: a model is fitted to at least one")]
+    NoSequence,
+    /// A sequence without frames.
+    #[error("sequence {sequence} has no frame")]
+    EmptySequence {
+        /// Index of the sequence.
+        sequence: usize,
+    },
+    /// A model of no state.
+    #[error("0 states: a model has at least one")]
+    NoState,
+    /// NaN or infinity in the data.
+    #[error("sequence {sequence}, frame {frame}: a pose or gripper value is not finite")]
+    NotFinite {
+        /// Index of the sequence.
+        sequence: usize,
+        /// Index of the frame in it.
+        frame: usize,
+    },
+    /// A sequence that no path of the model explains; cannot happen with a transition floor above 0.
+    #[error("sequence {sequence} has probability 0 under every path")]
+    Impossible {
+        /// Index of the sequence.
+        sequence: usize,
+    },
+    /// A covariance that is not positive definite.
+    #[error("a covariance is not positive definite")]
+    NotPositiveDefinite,
+    /// A model to start from that does not have the shape the parameters ask for.
+    #[error("the model to start from is not a left-to-right model of these parameters")]
+    Topology,
+    /// A parameter out of its range.
+    #[error("parameter `{parameter}` is {value}: {rule}")]
+    Parameter {
+        /// The parameter's name.
+        parameter: &'static str,
+        /// Its value.
+        value: f64,
+        /// The rule it breaks.
+        rule: &'static str,
+    },
+}

@@ -1,0 +1,320 @@
+//! The learner of keyframe policies: what Algorithm 2 calls Fit-Policy, Fit-Classifier, Cluster and Find-Policy.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::classifier::{KeyframeClassifier, lifted, scaled, squared_distance};
+use super::cluster::average_linkage;
+use super::divergence::{cross_likelihood, monte_carlo, transient_bound};
+use super::hmm::{Hmm, HmmParameters, Observation};
+use super::interpolate::resample;
+use super::logistic;
+use super::parameters::{Activation, Compared, Cut, Divergence, KeyframeParameters, States};
+use super::policy::KeyframePolicy;
+use crate::demonstration::{Pose, Schema, Segment, State};
+use crate::error::SituError;
+use crate::primitive::{Clustering, Learner};
+use crate::trace::Counters;
+
+/// The percentile of decisions D8 and D10b.
+const PERCENTILE: f64 = 0.95;
+
+/// Learns keyframe policies and logistic initiation classifiers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeyframeLearner {
+    parameters: KeyframeParameters,
+    scales: Arc<[f64]>,
+}
+
+/// The cut of the dendrogram (decision D8), kept in the model.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Calibration {
+    /// Height of the cut: nats a frame.
+    pub cut: f64,
+}
+
+impl KeyframeLearner {
+    /// A learner for states of this schema.
+    pub fn new(schema: &Schema, parameters: KeyframeParameters) -> Self {
+        Self { parameters, scales: schema.features().iter().map(|feature| feature.scale).collect() }
+    }
+
+    /// The parameters.
+    pub fn parameters(&self) -> &KeyframeParameters {
+        &self.parameters
+    }
+
+    fn fit(
+        reference: &str,
+        sequences: &[Vec<Observation>],
+        states: usize,
+        parameters: &HmmParameters,
+        counters: &mut Counters,
+    ) -> Result<Hmm, SituError> {
+        let sequences: Vec<&[Observation]> = sequences.iter().map(Vec::as_slice).collect();
+        let fit = Hmm::fit(&sequences, states, parameters)
+            .map_err(|error| SituError::Policy { reference: reference.to_owned(), problem: error.to_string() })?;
+        counters.hmm_fits += 1;
+        counters.em_iterations += fit.iterations as u64;
+        Ok(fit.hmm)
+    }
+
+    /// The number of hidden states (decision D14).
+    fn fit_keyframes(
+        &self,
+        reference: &str,
+        sequences: &[Vec<Observation>],
+        counters: &mut Counters,
+    ) -> Result<Hmm, SituError> {
+        let mut lengths: Vec<usize> = sequences.iter().map(Vec::len).collect();
+        lengths.sort_unstable();
+        let kernel = &self.parameters.policy;
+        match self.parameters.states {
+            States::Median => {
+                let median = lengths[(lengths.len() - 1) / 2];
+                Self::fit(reference, sequences, median, kernel, counters)
+            }
+            States::Bic => {
+                let frames: usize = lengths.iter().sum();
+                let mut best: Option<(f64, Hmm)> = None;
+                for states in lengths[0]..=lengths[lengths.len() - 1] {
+                    let hmm = Self::fit(reference, sequences, states, kernel, counters)?;
+                    let likelihood: f64 = sequences.iter().map(|sequence| hmm.log_likelihood(sequence)).sum();
+                    // A state has a mean (6), a symmetric covariance (21), a way on and a way out.
+                    let criterion = 29.0 * states as f64 * libm::log(frames as f64) - 2.0 * likelihood;
+                    if best.as_ref().is_none_or(|(lowest, _)| criterion < *lowest) {
+                        best = Some((criterion, hmm));
+                    }
+                }
+                Ok(best.expect("the range of lengths is not empty").1)
+            }
+        }
+    }
+
+    fn trajectories(&self, segments: &[&Segment]) -> Vec<Vec<Observation>> {
+        let interpolate = |segment: &&Segment| {
+            let poses: Vec<_> = segment.keyframes.iter().map(|keyframe| keyframe.pose).collect();
+            resample(&poses, self.parameters.signature_points, self.parameters.metres_per_radian)
+                .into_iter()
+                .map(|pose| Observation { pose, gripper: None })
+                .collect()
+        };
+        segments.iter().map(interpolate).collect()
+    }
+
+    /// The divergence of two policies, symmetrised, nats a frame; infinite across reference objects (D6, D7).
+    fn divergence(&self, left: &KeyframePolicy, right: &KeyframePolicy, counters: &mut Counters) -> f64 {
+        if left.reference != right.reference && !self.parameters.across_references {
+            return f64::INFINITY;
+        }
+        counters.divergences += 1;
+        let poses_only = |hmm: &Hmm| hmm.poses_only();
+        let (p, q) = match self.parameters.compared {
+            Compared::Signatures => (left.signature.clone(), right.signature.clone()),
+            Compared::PolicyAgainstSignature => (poses_only(&left.hmm), right.signature.clone()),
+        };
+        match self.parameters.divergence {
+            Divergence::CrossLikelihood => cross_likelihood(&p, &left.trajectories, &q, &right.trajectories),
+            Divergence::MonteCarlo(samples) => {
+                let seed = self.parameters.seed;
+                0.5 * (monte_carlo(&p, &q, samples, seed).mean + monte_carlo(&q, &p, samples, seed).mean)
+            }
+            Divergence::TransientBound => 0.5 * (transient_bound(&p, &q) + transient_bound(&q, &p)),
+        }
+    }
+
+    /// Condensed distances: (0,1), (0,2), …, (1,2), …
+    fn distances(&self, policies: &[&KeyframePolicy], counters: &mut Counters) -> Vec<f64> {
+        let mut distances = Vec::with_capacity(policies.len() * policies.len().saturating_sub(1) / 2);
+        for (index, left) in policies.iter().enumerate() {
+            for right in &policies[index + 1..] {
+                distances.push(self.divergence(left, right, counters));
+            }
+        }
+        distances
+    }
+
+    fn singles(&self, segments: &[&Segment], counters: &mut Counters) -> Result<Vec<KeyframePolicy>, SituError> {
+        segments.iter().map(|segment| self.fit_policy(&[segment], counters)).collect()
+    }
+
+    fn labels(&self, policies: &[&KeyframePolicy], cut: f64, counters: &mut Counters) -> Vec<usize> {
+        average_linkage(&self.distances(policies, counters), policies.len()).cut(cut)
+    }
+}
+
+/// The value at the percentile of sorted values, linear between ranks; 0 of none.
+fn percentile(sorted: &[f64]) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else { return 0.0 };
+    let rank = PERCENTILE * last as f64;
+    let below = rank as usize;
+    let above = (below + 1).min(last);
+    sorted[below] + (rank - below as f64) * (sorted[above] - sorted[below])
+}
+
+impl Learner for KeyframeLearner {
+    type Policy = KeyframePolicy;
+    type Classifier = KeyframeClassifier;
+    type Calibration = Calibration;
+
+    fn fit_policy(&self, segments: &[&Segment], counters: &mut Counters) -> Result<KeyframePolicy, SituError> {
+        let reference = segments[0].reference.clone();
+        counters.segments_touched += segments.len() as u64;
+        let observe = |segment: &&Segment| {
+            let keyframes = segment.keyframes.iter();
+            keyframes.map(|keyframe| Observation { pose: keyframe.pose, gripper: Some(keyframe.gripper) }).collect()
+        };
+        let sequences: Vec<Vec<Observation>> = segments.iter().map(observe).collect();
+        let hmm = self.fit_keyframes(&reference, &sequences, counters)?;
+        let mut holds = vec![(0.0, 0.0); hmm.emissions.len()];
+        for (segment, sequence) in segments.iter().zip(&sequences) {
+            for (keyframe, state) in segment.keyframes.iter().zip(hmm.viterbi(sequence).0) {
+                holds[state].0 += keyframe.hold;
+                holds[state].1 += 1.0;
+            }
+        }
+        let trajectories = self.trajectories(segments);
+        let states = self.parameters.signature_states;
+        let signature = Self::fit(&reference, &trajectories, states, &self.parameters.signature, counters)?;
+        Ok(KeyframePolicy {
+            reference,
+            hmm,
+            holds: holds.into_iter().map(|(sum, count): (f64, f64)| sum / count.max(1.0)).collect(),
+            signature,
+            trajectories,
+        })
+    }
+
+    fn fit_classifier(
+        &self,
+        positives: &[&State],
+        negatives: &[&State],
+        counters: &mut Counters,
+    ) -> Result<KeyframeClassifier, SituError> {
+        if positives.is_empty() {
+            return Err(SituError::Classifier("no positive sample".to_owned()));
+        }
+        counters.classifier_fits += 1;
+        let points: Vec<Vec<f64>> =
+            positives.iter().chain(negatives).map(|state| scaled(state, &self.scales)).collect();
+        let (own, _) = points.split_at(positives.len());
+        let mut centre = vec![0.0; self.scales.len()];
+        for point in own {
+            for (sum, value) in centre.iter_mut().zip(point) {
+                *sum += value / own.len() as f64;
+            }
+        }
+        let radius = match self.parameters.activation {
+            Activation::Probability => f64::INFINITY,
+            Activation::Bounded { factor, least } => {
+                let mut radii: Vec<f64> =
+                    own.iter().map(|point| libm::sqrt(squared_distance(point, &centre))).collect();
+                radii.sort_by(f64::total_cmp);
+                (factor * percentile(&radii)).max(least)
+            }
+        };
+        let lift = self.parameters.lift;
+        let rows: Vec<Vec<f64>> = points.iter().map(|point| lifted(lift, point, &centre)).collect();
+        let rows: Vec<&[f64]> = rows.iter().map(Vec::as_slice).collect();
+        let labels: Vec<bool> = (0..rows.len()).map(|index| index < positives.len()).collect();
+        let fit = logistic::fit(&rows, &labels, &self.parameters.logistic, None)
+            .map_err(|error| SituError::Classifier(error.to_string()))?;
+        Ok(KeyframeClassifier { lift, fit, centre, radius, scales: self.scales.clone() })
+    }
+
+    fn cluster_and_find(
+        &self,
+        segment: &Segment,
+        candidates: &[&KeyframePolicy],
+        calibration: &Calibration,
+        counters: &mut Counters,
+    ) -> Result<Clustering, SituError> {
+        let own = self.fit_policy(&[segment], counters)?;
+        let mut policies = candidates.to_vec();
+        policies.push(&own);
+        let labels = self.labels(&policies, calibration.cut, counters);
+        let mut clusters: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (index, label) in labels[..candidates.len()].iter().enumerate() {
+            clusters.entry(*label).or_default().push(index);
+        }
+        let matched = clusters.remove(&labels[candidates.len()]).unwrap_or_default();
+        let mut redundant: Vec<Vec<usize>> = clusters.into_values().filter(|group| group.len() > 1).collect();
+        redundant.sort();
+        Ok(Clustering { matched, redundant })
+    }
+
+    fn distance(&self, segment: &Segment, policy: &KeyframePolicy, counters: &mut Counters) -> Result<f64, SituError> {
+        let own = self.fit_policy(&[segment], counters)?;
+        Ok(self.divergence(policy, &own, counters))
+    }
+
+    fn calibrate(&self, originals: &[&[Arc<Segment>]], counters: &mut Counters) -> Result<Calibration, SituError> {
+        let (factor, prior, prior_copies, least, greatest, single) = match self.parameters.cut {
+            Cut::Fixed(cut) => return Ok(Calibration { cut }),
+            Cut::Calibrated { factor, prior, prior_copies, least, greatest, single } => {
+                (factor, prior, prior_copies, least, greatest, single)
+            }
+        };
+        if originals.len() < 2 {
+            return Ok(Calibration { cut: single });
+        }
+        // A role is the k-th visit to a reference object.
+        let mut roles: BTreeMap<(&str, usize), Vec<&Segment>> = BTreeMap::new();
+        for segments in originals {
+            let mut visits: BTreeMap<&str, usize> = BTreeMap::new();
+            for segment in *segments {
+                let visit = visits.entry(&segment.reference).or_default();
+                roles.entry((&segment.reference, *visit)).or_default().push(segment);
+                *visit += 1;
+            }
+        }
+        let mut distances = vec![prior; prior_copies];
+        for segments in roles.values() {
+            let policies = self.singles(segments, counters)?;
+            distances.extend(self.distances(&policies.iter().collect::<Vec<_>>(), counters));
+        }
+        distances.sort_by(f64::total_cmp);
+        Ok(Calibration { cut: (factor * percentile(&distances)).clamp(least, greatest) })
+    }
+
+    fn cluster(
+        &self,
+        segments: &[&Segment],
+        calibration: &Calibration,
+        counters: &mut Counters,
+    ) -> Result<Vec<usize>, SituError> {
+        let policies = self.singles(segments, counters)?;
+        if self.parameters.across_references {
+            return Ok(self.labels(&policies.iter().collect::<Vec<_>>(), calibration.cut, counters));
+        }
+        // Segments of different objects never share a cluster, so each object has a dendrogram of its own.
+        let mut objects: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+        for (index, segment) in segments.iter().enumerate() {
+            objects.entry(&segment.reference).or_default().push(index);
+        }
+        let mut first = vec![0; segments.len()];
+        for members in objects.values() {
+            let own: Vec<&KeyframePolicy> = members.iter().map(|index| &policies[*index]).collect();
+            let labels = self.labels(&own, calibration.cut, counters);
+            for (position, label) in labels.iter().enumerate() {
+                let leader = labels.iter().position(|other| other == label).expect("a label is its own");
+                first[members[position]] = members[leader];
+            }
+        }
+        // Labels in order of first appearance.
+        let mut names: BTreeMap<usize, usize> = BTreeMap::new();
+        Ok(first
+            .iter()
+            .map(|leader| {
+                let next = names.len();
+                *names.entry(*leader).or_insert(next)
+            })
+            .collect())
+    }
+
+    fn path(&self, policy: &KeyframePolicy) -> Vec<Pose> {
+        resample(&policy.means(), self.parameters.signature_points, self.parameters.metres_per_radian)
+    }
+}

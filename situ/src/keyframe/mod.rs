@@ -1,0 +1,13 @@
+//! The keyframe instantiation of SITU (paper, "Keyframe Based Algorithms"): policies are hidden Markov models over
+//! keyframes, initiation classifiers are logistic regressions, and Find-Policy clusters by divergence.
+
+pub mod classifier;
+pub mod cluster;
+pub mod divergence;
+pub mod hmm;
+pub mod interpolate;
+pub mod learner;
+pub mod logistic;
+pub mod parameters;
+pub mod policy;
+pub mod pose;

@@ -1,0 +1,119 @@
+//! The policy of a primitive: a hidden Markov model over keyframes, beside the signature by which it is compared.
+
+use core::f64::consts::PI;
+use std::sync::Arc;
+
+use nalgebra::Matrix6;
+use rand::Rng;
+use serde::{Deserialize, Serialize};
+
+use super::hmm::{Emission, Hmm, Observation};
+use super::pose::{self, Tangent};
+use crate::demonstration::RelativeKeyframe;
+use crate::random::standard_normal;
+
+/// A fitted policy `π`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct KeyframePolicy {
+    /// The reference object in whose frame all of it is.
+    pub(super) reference: Arc<str>,
+    /// Each hidden state is a "true" keyframe (paper, "Primitive Specification").
+    pub(super) hmm: Hmm,
+    /// Seconds of rest at each hidden state: the mean over the keyframes that it explains.
+    pub(super) holds: Vec<f64>,
+    /// Model over the interpolated segments (decision D5).
+    pub(super) signature: Hmm,
+    /// The interpolated segments themselves: the cross-likelihood needs them.
+    #[serde(skip)]
+    pub(super) trajectories: Vec<Vec<Observation>>,
+}
+
+/// How a policy is executed (decision D15).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Execution {
+    /// Each keyframe is drawn from the scatter of the data, bounded.
+    Sample,
+    /// Each keyframe is the mean.
+    Mean,
+}
+
+/// Greatest standard deviation of a sampled position, metres: above it grasps fail (decision D15).
+const SAMPLED_POSITION: f64 = 0.005;
+/// Greatest standard deviation of a sampled rotation, radians: 2°.
+const SAMPLED_ROTATION: f64 = 2.0 * PI / 180.0;
+/// The 95th percentile of χ² with 6 degrees of freedom: draws beyond it are drawn again.
+const CHI_SQUARED_6_95: f64 = 12.591_587_243_743_977;
+
+impl KeyframePolicy {
+    /// The reference object.
+    pub fn reference(&self) -> &Arc<str> {
+        &self.reference
+    }
+
+    /// The model over keyframes.
+    pub fn hmm(&self) -> &Hmm {
+        &self.hmm
+    }
+
+    /// The model over interpolated keyframes.
+    pub fn signature(&self) -> &Hmm {
+        &self.signature
+    }
+
+    /// The keyframes of one execution, relative to the reference object: every hidden state once, in order.
+    pub fn keyframes(&self, execution: Execution, rng: &mut impl Rng) -> Vec<RelativeKeyframe> {
+        let emissions = self.hmm.emissions.iter().zip(&self.holds);
+        emissions
+            .map(|(emission, hold)| RelativeKeyframe {
+                pose: match execution {
+                    Execution::Mean => emission.mean,
+                    Execution::Sample => pose::exp(&emission.mean, &draw(emission, rng)),
+                },
+                gripper: emission.gripper_command().expect("a policy's model is fitted with gripper commands"),
+                hold: *hold,
+            })
+            .collect()
+    }
+
+    /// The mean keyframes.
+    pub(super) fn means(&self) -> Vec<nalgebra::Isometry3<f64>> {
+        self.hmm.emissions.iter().map(|emission| emission.mean).collect()
+    }
+}
+
+/// A draw from the scatter of the data about the mean: shrunk to the greatest deviations, rejected beyond the 95th percentile.
+fn draw(emission: &Emission, rng: &mut impl Rng) -> Tangent {
+    let factor = semidefinite_cholesky(&emission.scatter);
+    let deviation =
+        |from: usize| libm::sqrt((from..from + 3).map(|axis| emission.scatter[(axis, axis)]).fold(0.0, f64::max));
+    let shrink = |deviation: f64, greatest: f64| if deviation > greatest { greatest / deviation } else { 1.0 };
+    let (position, rotation) = (shrink(deviation(0), SAMPLED_POSITION), shrink(deviation(3), SAMPLED_ROTATION));
+    loop {
+        let normal = Tangent::from_fn(|_, _| standard_normal(rng));
+        if normal.norm_squared() <= CHI_SQUARED_6_95 {
+            let drawn = factor * normal;
+            return Tangent::from_fn(|axis, _| drawn[axis] * if axis < 3 { position } else { rotation });
+        }
+    }
+}
+
+/// L with L Lᵀ = m for a positive *semi*definite m: a pivot at rounding level gives a column of zeros.
+fn semidefinite_cholesky(matrix: &Matrix6<f64>) -> Matrix6<f64> {
+    let smallest = f64::EPSILON * matrix.trace().max(f64::MIN_POSITIVE);
+    let mut factor = Matrix6::zeros();
+    for column in 0..6 {
+        let pivot =
+            matrix[(column, column)] - (0..column).map(|k| factor[(column, k)] * factor[(column, k)]).sum::<f64>();
+        if pivot <= smallest {
+            continue;
+        }
+        let root = libm::sqrt(pivot);
+        factor[(column, column)] = root;
+        for row in column + 1..6 {
+            let rest = matrix[(row, column)] - (0..column).map(|k| factor[(row, k)] * factor[(column, k)]).sum::<f64>();
+            factor[(row, column)] = rest / root;
+        }
+    }
+    factor
+}

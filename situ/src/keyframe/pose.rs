@@ -1,0 +1,123 @@
+//! Poses as points of R³ × S³: logarithm, exponential and mean.
+//!
+//! A Gaussian over poses has its mean on the manifold and its covariance in the tangent space at that mean (decision D13;
+//! Zeestraten et al., RA-L 2017; Calinon 2019). The position part is the plain difference in metres; the rotation part is the
+//! rotation vector, in the frame of the base, that turns the base into the pose.
+
+use nalgebra::{Quaternion, SVector, Translation3, UnitQuaternion, Vector3};
+
+use crate::demonstration::Pose;
+
+/// A tangent vector: position in metres (3), then rotation vector in radians (3).
+pub type Tangent = SVector<f64, 6>;
+
+/// Below this half-angle sine the logarithm is taken from its series, whose next term is then under the rounding error.
+const SMALL_ANGLE: f64 = 1e-8;
+/// The mean is found when a step is shorter than this, radians.
+const MEAN_TOLERANCE: f64 = 1e-9;
+/// Steps of the mean at most. It converges in two or three where the rotations are within a right angle.
+const MEAN_STEPS: usize = 10;
+/// A sum of unit quaternions shorter than this share of its weight has no direction worth following.
+const DEGENERATE_SUM: f64 = 1e-6;
+
+/// The rotation vector of a unit quaternion, radians, at most π long. The same for q and −q.
+pub fn rotation_log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
+    let quaternion = rotation.quaternion();
+    let imaginary = Vector3::new(quaternion.i, quaternion.j, quaternion.k);
+    // At half a turn w is 0 and both signs are as near: the first component that is not 0 decides.
+    let flip = if quaternion.w == 0.0 {
+        imaginary.iter().find(|value| **value != 0.0).is_some_and(|value| *value < 0.0)
+    } else {
+        quaternion.w < 0.0
+    };
+    let (w, v) = if flip { (-quaternion.w, -imaginary) } else { (quaternion.w, imaginary) };
+    let sine = length(&v);
+    if sine < SMALL_ANGLE { v * (2.0 / w) } else { v * (2.0 * libm::atan2(sine, w) / sine) }
+}
+
+/// The unit quaternion that turns by `vector`, radians. Inverse of [`rotation_log`] up to a length of π.
+pub fn rotation_exp(vector: &Vector3<f64>) -> UnitQuaternion<f64> {
+    let angle = length(vector);
+    let (w, scale) = if angle < SMALL_ANGLE {
+        (1.0 - angle * angle / 8.0, 0.5)
+    } else {
+        (libm::cos(0.5 * angle), libm::sin(0.5 * angle) / angle)
+    };
+    unit(Quaternion::new(w, vector.x * scale, vector.y * scale, vector.z * scale))
+}
+
+/// Log at `base` of `pose`: metres, radians.
+pub fn log(base: &Pose, pose: &Pose) -> Tangent {
+    let position = pose.translation.vector - base.translation.vector;
+    let rotation = rotation_log(&(base.rotation.conjugate() * pose.rotation));
+    Tangent::new(position.x, position.y, position.z, rotation.x, rotation.y, rotation.z)
+}
+
+/// Exp at `base` of `tangent`: inverse of [`log`] up to a rotation of π.
+pub fn exp(base: &Pose, tangent: &Tangent) -> Pose {
+    let position = base.translation.vector + Vector3::new(tangent[0], tangent[1], tangent[2]);
+    let turn = rotation_exp(&Vector3::new(tangent[3], tangent[4], tangent[5]));
+    Pose::from_parts(Translation3::from(position), unit((base.rotation * turn).into_inner()))
+}
+
+/// The weighted mean of poses on the manifold: where the weighted logarithms sum to 0 (Karcher mean).
+///
+/// `weights` are not negative, one a pose. The identity where there is no weight at all.
+pub fn karcher_mean(poses: &[Pose], weights: &[f64]) -> Pose {
+    let mut heaviest = 0;
+    for (index, weight) in weights.iter().enumerate() {
+        if *weight > weights[heaviest] {
+            heaviest = index;
+        }
+    }
+    let Some(anchor) = poses.get(heaviest) else { return Pose::identity() };
+    // The chordal mean is a start that does not depend on the order of the poses, but for rounding.
+    let anchor_quaternion = anchor.rotation.quaternion();
+    let mut sum = Quaternion::new(0.0, 0.0, 0.0, 0.0);
+    let mut total = 0.0;
+    for (pose, weight) in poses.iter().zip(weights) {
+        let quaternion = pose.rotation.quaternion();
+        let sign = if anchor_quaternion.coords.dot(&quaternion.coords) < 0.0 { -*weight } else { *weight };
+        sum += quaternion * sign;
+        total += weight;
+    }
+    let degenerate = libm::sqrt(sum.coords.dot(&sum.coords)) <= DEGENERATE_SUM * total;
+    let start = if degenerate { anchor.rotation } else { unit(sum) };
+    karcher_mean_from(&start, poses, weights)
+}
+
+/// [`karcher_mean`] with a given first guess of the rotation: for re-estimation, where the last mean is close.
+pub fn karcher_mean_from(start: &UnitQuaternion<f64>, poses: &[Pose], weights: &[f64]) -> Pose {
+    let mut total = 0.0;
+    let mut position = Vector3::zeros();
+    for (pose, weight) in poses.iter().zip(weights) {
+        total += weight;
+        position += pose.translation.vector * *weight;
+    }
+    if total <= 0.0 {
+        return Pose::identity();
+    }
+    let mut mean = *start;
+    for _ in 0..MEAN_STEPS {
+        let mut step = Vector3::zeros();
+        for (pose, weight) in poses.iter().zip(weights) {
+            step += rotation_log(&(mean.conjugate() * pose.rotation)) * *weight;
+        }
+        step /= total;
+        mean = unit((mean * rotation_exp(&step)).into_inner());
+        if length(&step) < MEAN_TOLERANCE {
+            break;
+        }
+    }
+    Pose::from_parts(Translation3::from(position / total), mean)
+}
+
+/// The length of a vector; its root is exact to the last bit on every platform.
+fn length(vector: &Vector3<f64>) -> f64 {
+    libm::sqrt(vector.x * vector.x + vector.y * vector.y + vector.z * vector.z)
+}
+
+fn unit(quaternion: Quaternion<f64>) -> UnitQuaternion<f64> {
+    let norm = libm::sqrt(quaternion.coords.dot(&quaternion.coords));
+    UnitQuaternion::new_unchecked(quaternion / norm)
+}

@@ -1,0 +1,234 @@
+//! The methods over keyframe task models: SITU, its literal reading and its ablations, full retraining, and the controls.
+//!
+//! All share one representation and its kernels, so that a difference between two of them is the update's.
+
+use std::sync::Arc;
+
+use rand_chacha::ChaCha8Rng;
+
+use super::rebuild::rebuild;
+use super::{Learned, Method, Role};
+use crate::decisions::{Background, Candidates, Decisions};
+use crate::demonstration::{Demonstration, RelativeKeyframe, Schema, State};
+use crate::error::SituError;
+use crate::graph::Graph;
+use crate::keyframe::learner::KeyframeLearner;
+use crate::keyframe::parameters::{Activation, Compared, Divergence, KeyframeParameters, Lift};
+use crate::keyframe::policy::Execution;
+use crate::place::{NodeId, Place};
+use crate::segmentation::by_reference_object;
+use crate::situ::situ;
+use crate::task_model::{History, TaskModel};
+use crate::trace::Trace;
+
+/// How a correction is folded in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Update {
+    /// Algorithms 1 and 2.
+    Situ,
+    /// Everything anew.
+    Rebuild,
+    /// Not at all.
+    Nothing,
+}
+
+/// A method over keyframe task models.
+#[derive(Clone, Copy)]
+pub struct KeyframeMethod {
+    name: &'static str,
+    summary: &'static str,
+    source: &'static str,
+    role: Role,
+    update: Update,
+    decisions: fn() -> Decisions,
+    parameters: fn() -> KeyframeParameters,
+}
+
+const PAPER: &str = "Gutierrez, Short, Niekum and Thomaz 2018";
+const OURS: &str = "this project";
+
+/// The methods, in the order of the tables.
+pub fn all() -> Vec<KeyframeMethod> {
+    let situ = KeyframeMethod {
+        name: "situ",
+        summary: "state-indexed task updates, the open decisions mended",
+        source: PAPER,
+        role: Role::Correct,
+        update: Update::Situ,
+        decisions: Decisions::mended,
+        parameters: KeyframeParameters::default,
+    };
+    let ablation = |name, summary| KeyframeMethod { name, summary, source: OURS, ..situ };
+    let decided = |name, summary, decisions| KeyframeMethod { decisions, ..ablation(name, summary) };
+    let kernel = |name, summary, parameters| KeyframeMethod { parameters, ..ablation(name, summary) };
+    vec![
+        situ,
+        KeyframeMethod {
+            name: "situ:literal",
+            summary: "the listing as printed, every mending switched off",
+            decisions: Decisions::literal,
+            parameters: KeyframeParameters::literal,
+            ..situ
+        },
+        KeyframeMethod {
+            name: "rebuild",
+            summary: "full retraining on all demonstrations, original and corrective, one global clustering",
+            source: OURS,
+            update: Update::Rebuild,
+            ..situ
+        },
+        KeyframeMethod {
+            name: "from_scratch",
+            summary: "rebuild from full demonstrations of the changed task alone",
+            source: PAPER,
+            role: Role::FromScratch,
+            update: Update::Rebuild,
+            ..situ
+        },
+        KeyframeMethod {
+            name: "no_update",
+            summary: "the original model, never corrected",
+            source: OURS,
+            role: Role::Control,
+            update: Update::Nothing,
+            ..situ
+        },
+        decided("situ:own_negatives", "D1 as printed: a primitive's positives stay among its negatives", || {
+            Decisions { subtract_own_positives: false, ..Decisions::mended() }
+        }),
+        decided("situ:no_background", "D2 off: no background negatives", || Decisions {
+            background: Background { neighbours: false, others: 0 },
+            ..Decisions::mended()
+        }),
+        decided("situ:no_siblings", "D3 off: siblings are not told", || Decisions {
+            push_to_siblings: false,
+            ..Decisions::mended()
+        }),
+        decided("situ:no_merge", "D4: redundant candidates are left apart", || Decisions {
+            merge_redundant: false,
+            ..Decisions::mended()
+        }),
+        decided("situ:applicable", "D10 as printed: the applicable primitives alone are candidates", || Decisions {
+            candidates: Candidates::Applicable,
+            ..Decisions::mended()
+        }),
+        decided("situ:all_nodes", "D10: every primitive is a candidate", || Decisions {
+            candidates: Candidates::All,
+            ..Decisions::mended()
+        }),
+        decided("situ:no_modify", "D18 off: an unmatched segment always adds a node", || Decisions {
+            modify: None,
+            ..Decisions::mended()
+        }),
+        kernel("situ:linear", "D2b: classifiers linear in the state", || KeyframeParameters {
+            lift: Lift::Linear,
+            ..KeyframeParameters::default()
+        }),
+        kernel("situ:distance", "D2b: classifiers by distance alone", || KeyframeParameters {
+            lift: Lift::Distance,
+            ..KeyframeParameters::default()
+        }),
+        kernel("situ:policy_signature", "D5 literal: policy against signature", || KeyframeParameters {
+            compared: Compared::PolicyAgainstSignature,
+            ..KeyframeParameters::default()
+        }),
+        kernel("situ:monte_carlo", "D7: divergence by Monte Carlo", || KeyframeParameters {
+            divergence: Divergence::MonteCarlo(1000),
+            ..KeyframeParameters::default()
+        }),
+        kernel("situ:bound", "D7: the transient bound for the divergence", || KeyframeParameters {
+            divergence: Divergence::TransientBound,
+            ..KeyframeParameters::default()
+        }),
+        kernel("situ:probability", "D10b as printed: activation is p ≥ 0.5 alone", || KeyframeParameters {
+            activation: Activation::Probability,
+            ..KeyframeParameters::default()
+        }),
+    ]
+}
+
+impl Method for KeyframeMethod {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn summary(&self) -> &'static str {
+        self.summary
+    }
+
+    fn source(&self) -> &'static str {
+        self.source
+    }
+
+    fn role(&self) -> Role {
+        self.role
+    }
+
+    fn teach(&self, schema: &Schema, demonstrations: &[Demonstration]) -> Result<Box<dyn Learned>, SituError> {
+        // Every method starts from the same model, with the default kernels: it takes over at the first correction.
+        let teacher = KeyframeLearner::new(schema, KeyframeParameters::default());
+        let histories = demonstrations
+            .iter()
+            .map(|demonstration| History::new(demonstration, by_reference_object(demonstration), None))
+            .collect();
+        let (model, _) = rebuild(histories, None, &teacher, &Decisions::mended())?;
+        Ok(Box::new(KeyframeTask {
+            model,
+            learner: KeyframeLearner::new(schema, (self.parameters)()),
+            decisions: (self.decisions)(),
+            update: self.update,
+        }))
+    }
+}
+
+/// A keyframe task model and the way it is updated.
+#[derive(Clone)]
+struct KeyframeTask {
+    model: TaskModel<KeyframeLearner>,
+    learner: KeyframeLearner,
+    decisions: Decisions,
+    update: Update,
+}
+
+impl Learned for KeyframeTask {
+    fn correct(&mut self, last: Place, demonstration: &Demonstration) -> Result<Trace, SituError> {
+        let (model, trace) = match self.update {
+            Update::Nothing => return Ok(Trace::default()),
+            Update::Situ => situ(last, demonstration, self.model.clone(), &self.learner, &self.decisions)?,
+            Update::Rebuild => {
+                let after = self.model.origin(last)?;
+                let mut histories = self.model.histories().to_vec();
+                histories.push(History::new(demonstration, by_reference_object(demonstration), after));
+                rebuild(histories, Some(*self.model.calibration()), &self.learner, &self.decisions)?
+            }
+        };
+        self.model = model;
+        Ok(trace)
+    }
+
+    fn next(&self, last: Place, state: &State) -> Option<(Place, f64)> {
+        self.model.most_probable_child(last, state)
+    }
+
+    fn keyframes(
+        &self,
+        node: NodeId,
+        execution: Execution,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError> {
+        let policy = &self.model.node(node)?.policy;
+        Ok((policy.reference().clone(), policy.keyframes(execution, rng)))
+    }
+
+    fn graph(&self) -> Graph {
+        Graph::of(&self.model, &self.learner)
+    }
+
+    fn boxed(&self) -> Box<dyn Learned> {
+        Box::new(self.clone())
+    }
+
+    fn to_json(&self) -> serde_json::Value {
+        serde_json::to_value(&self.model).expect("a model's keys are strings and its numbers finite")
+    }
+}

@@ -1,0 +1,92 @@
+//! What the harness compares: ways to keep a task model up to date, behind one trait.
+//!
+//! To add a method, write a type that implements [`Method`] in a file or folder of its own here and name it in [`all`];
+//! the conformance test and the tables then know it.
+
+pub mod keyframe_method;
+pub mod rebuild;
+
+use std::sync::Arc;
+
+use rand_chacha::ChaCha8Rng;
+
+use crate::demonstration::{Demonstration, RelativeKeyframe, Schema, State};
+use crate::error::SituError;
+use crate::graph::Graph;
+use crate::keyframe::policy::Execution;
+use crate::place::{NodeId, Place};
+use crate::trace::Trace;
+
+/// What a method does with a task that has changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// Takes over the original model and folds corrections in.
+    Correct,
+    /// Knows no earlier model; is taught the changed task by full demonstrations.
+    FromScratch,
+    /// Keeps the original model as it is.
+    Control,
+}
+
+/// A way to keep a task model up to date.
+pub trait Method: Send + Sync {
+    /// The name in files, tables and on the command line.
+    fn name(&self) -> &'static str;
+
+    /// One sentence: what it does.
+    fn summary(&self) -> &'static str;
+
+    /// Where it comes from.
+    fn source(&self) -> &'static str;
+
+    /// What it does with a changed task.
+    fn role(&self) -> Role;
+
+    /// The model of the original task, taught by these demonstrations.
+    ///
+    /// # Errors
+    /// [`SituError::NoDemonstration`], or where a demonstration cannot be learned.
+    fn teach(&self, schema: &Schema, demonstrations: &[Demonstration]) -> Result<Box<dyn Learned>, SituError>;
+}
+
+/// A task model that a method keeps up to date, and that can be executed.
+pub trait Learned: Send + Sync {
+    /// Folds a corrective demonstration in, `last` being the primitive that ran last.
+    ///
+    /// # Errors
+    /// Where `last` cannot have run or the demonstration cannot be learned; the model is then as before.
+    fn correct(&mut self, last: Place, demonstration: &Demonstration) -> Result<Trace, SituError>;
+
+    /// The place that most probably follows `last` in `state`, and its probability; `None` where nothing follows.
+    fn next(&self, last: Place, state: &State) -> Option<(Place, f64)>;
+
+    /// The reference object of a primitive, and the keyframes of one execution relative to it.
+    ///
+    /// # Errors
+    /// [`SituError::UnknownNode`].
+    fn keyframes(
+        &self,
+        node: NodeId,
+        execution: Execution,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError>;
+
+    /// The structure.
+    fn graph(&self) -> Graph;
+
+    /// Another one like it.
+    fn boxed(&self) -> Box<dyn Learned>;
+
+    /// The whole model, every number of it: equal models give equal text.
+    fn to_json(&self) -> serde_json::Value;
+}
+
+/// Every method, in the order of the tables.
+pub fn all() -> Vec<Box<dyn Method>> {
+    keyframe_method::all().into_iter().map(|method| Box::new(method) as Box<dyn Method>).collect()
+}
+
+/// The method of this name.
+pub fn named(name: &str) -> Option<Box<dyn Method>> {
+    all().into_iter().find(|method| method.name() == name)
+}

@@ -1,0 +1,95 @@
+//! Primitives, and what a learner of primitives must be able to do.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use crate::demonstration::{Pose, Segment, State};
+use crate::error::SituError;
+use crate::trace::Counters;
+
+/// An initiation classifier `c`, with the confidence that the paper asks of it.
+pub trait Initiation {
+    /// The probability that the primitive can begin in `state`, 0 to 1: chooses among children.
+    fn probability(&self, state: &State) -> f64;
+
+    /// Whether `c(state) = 1`: indexes the model (A1.6).
+    fn is_applicable(&self, state: &State) -> bool;
+}
+
+/// What Cluster and Find-Policy say together (A2.2 to A2.4; the keyframe instantiation merges them).
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Clustering {
+    /// Candidates, by index, that share the segment's cluster; empty where the segment is alone (`∅`).
+    pub matched: Vec<usize>,
+    /// Other clusters of two or more candidates: redundant primitives to be merged.
+    pub redundant: Vec<Vec<usize>>,
+}
+
+/// Fits policies and initiation classifiers, and decides which segments belong together.
+///
+/// The algorithm needs nothing else of a representation: the paper's Find-Policy operator is [`Learner::cluster_and_find`].
+pub trait Learner {
+    /// A policy `π`.
+    type Policy: Clone + Debug + PartialEq;
+    /// An initiation classifier `c`.
+    type Classifier: Clone + Debug + PartialEq + Initiation;
+    /// What is calibrated once, when the originals are taught, and kept in the model (decision D8).
+    type Calibration: Clone + Debug + PartialEq;
+
+    /// Fit-Policy (A2.8), and Update-Policy (A2.18) as an exact refit: `segments` share a reference object.
+    ///
+    /// # Errors
+    /// Where no policy can be fitted to these segments.
+    fn fit_policy(&self, segments: &[&Segment], counters: &mut Counters) -> Result<Self::Policy, SituError>;
+
+    /// Fit-Classifier (A2.9) and Update-Classifier (A2.19). `background` are the negatives of decision D2.
+    /// A classifier that was there before can start the fit; it must not change where it ends by more than its tolerance.
+    ///
+    /// # Errors
+    /// Where there is no positive sample.
+    fn fit_classifier(
+        &self,
+        positives: &[&State],
+        negatives: &[&State],
+        counters: &mut Counters,
+    ) -> Result<Self::Classifier, SituError>;
+
+    /// Cluster and Find-Policy (A2.2, A2.4): clusters the segment with the candidates' policies.
+    ///
+    /// # Errors
+    /// Where the segment's own model cannot be fitted.
+    fn cluster_and_find(
+        &self,
+        segment: &Segment,
+        candidates: &[&Self::Policy],
+        calibration: &Self::Calibration,
+        counters: &mut Counters,
+    ) -> Result<Clustering, SituError>;
+
+    /// The distance between a segment and a policy, in the unit of the calibration's cut; infinite where they cannot be compared.
+    ///
+    /// # Errors
+    /// Where the segment's own model cannot be fitted.
+    fn distance(&self, segment: &Segment, policy: &Self::Policy, counters: &mut Counters) -> Result<f64, SituError>;
+
+    /// Calibrates the cut on the segments of the original demonstrations, one slice a demonstration.
+    ///
+    /// # Errors
+    /// Where a segment's own model cannot be fitted.
+    fn calibrate(&self, originals: &[&[Arc<Segment>]], counters: &mut Counters)
+    -> Result<Self::Calibration, SituError>;
+
+    /// Clusters all segments at once, as a full retraining does: a label a segment, 0, 1, 2, … in order of first appearance.
+    ///
+    /// # Errors
+    /// Where a segment's own model cannot be fitted.
+    fn cluster(
+        &self,
+        segments: &[&Segment],
+        calibration: &Self::Calibration,
+        counters: &mut Counters,
+    ) -> Result<Vec<usize>, SituError>;
+
+    /// The path of the policy's mean execution, relative to its reference object: always the same number of poses.
+    fn path(&self, policy: &Self::Policy) -> Vec<Pose>;
+}

@@ -1,0 +1,159 @@
+//! Algorithm 1 (SITU) and Algorithm 2 (Local-Update), line by line. `A1.6` is line 6 of the listing of Algorithm 1;
+//! `D10` is a decision that the paper leaves open ([`crate::decisions`]).
+
+use std::collections::BTreeSet;
+
+use crate::candidates;
+use crate::decisions::Decisions;
+use crate::demonstration::Demonstration;
+use crate::error::SituError;
+use crate::place::{NodeId, Place, SampleId, Samples, SegmentId};
+use crate::primitive::Learner;
+use crate::segmentation::by_reference_object;
+use crate::task_model::{History, TaskModel};
+use crate::trace::{Branch, Step, Trace};
+
+/// A1.1: folds a corrective demonstration into the task model, `last` being the primitive that ran last.
+///
+/// Returns the updated model and what was done. The cost depends on the applicable primitives and their neighbours, not
+/// on the size of the model, but for the scan of A1.6.
+///
+/// # Errors
+/// Where `last` is END or not in the model, or the learner refuses a segment; the model is lost then: clone it before.
+pub fn situ<L: Learner>(
+    last: Place,
+    demonstration: &Demonstration,
+    mut model: TaskModel<L>,
+    learner: &L,
+    decisions: &Decisions,
+) -> Result<(TaskModel<L>, Trace), SituError> {
+    let mut trace = Trace::default();
+    let origin = model.origin(last)?;
+    let segments = model.begin(History::new(demonstration, by_reference_object(demonstration), origin));
+    let mut a = last; // A1.2
+    for d in &segments {
+        // A1.3: for i ← 1 to |D|
+        let s = model.segment(*d).start.clone(); // A1.4 (D0: the world before the motion to the first keyframe)
+        let mut counters = Default::default();
+        let z = model.applicable(&s, &mut counters); // A1.6 (A1.5, d ← D[i], is the loop's own)
+        let mut step = local_update(a, *d, &z, &mut model, learner, decisions)?; // A1.7
+        a = Place::Node(step.node); // A1.7
+        counters += step.counters;
+        step.counters = counters;
+        trace.counters += counters;
+        trace.steps.push(step);
+    }
+    if demonstration.carried_to_end() {
+        // D11: the listing has no END. The final state is a positive of END, and where siblings are told (D3), a
+        // negative of theirs.
+        let index = segments[0].demonstration;
+        let mut stale = BTreeSet::from([Place::End]);
+        let siblings: BTreeSet<Place> = model.children(a).filter(|child| *child != Place::End).collect();
+        model.add_final(index);
+        let n = model.starts(siblings.iter().copied().chain(decisions.background.neighbours.then_some(a)));
+        model.add_negatives(Place::End, &n, true);
+        if decisions.push_to_siblings {
+            let s = BTreeSet::from([SampleId::Final(index)]);
+            stale.extend(siblings.into_iter().filter(|sibling| model.add_negatives(*sibling, &s, true)));
+        }
+        model.add_edge(a, Place::End);
+        model.fit_classifiers(learner, &stale, &mut trace.counters)?;
+    }
+    Ok((model, trace))
+}
+
+/// A2.1: one segment `d`, whose start state is `s`, folded in after `a`, the applicable primitives being `z_set`.
+fn local_update<L: Learner>(
+    a: Place,
+    d: SegmentId,
+    z_set: &[NodeId],
+    model: &mut TaskModel<L>,
+    learner: &L,
+    decisions: &Decisions,
+) -> Result<Step, SituError> {
+    let mut counters = Default::default();
+    let model_size = model.len();
+    let segment = model.segment(d).clone();
+    let s = SampleId::Start(d);
+    let subtract = decisions.subtract_own_positives;
+
+    // A2.2 and A2.4: Cluster and Find-Policy in one (paper, "Find Policy"; D4, D10).
+    let found = candidates::find(model, &segment, z_set, learner, decisions, &mut counters)?;
+    // A2.3: Local-Reconnect; `a` and the match may have been merged into another node (D9).
+    let renamed = model.local_reconnect(learner, &found.groups, subtract, &mut counters)?;
+    let now = |id: NodeId| renamed.get(&id).copied().unwrap_or(id);
+    let a = if let Place::Node(id) = a { Place::Node(now(id)) } else { a };
+    let mut i = found.node.map(now);
+    let mut branch = if i.is_some() { Branch::Existing } else { Branch::New };
+
+    // D18: an unmatched segment that starts where a child of `a` would begin, on the same object, modifies that child.
+    if let (None, Some(rule)) = (i, decisions.modify) {
+        let nodes = model.children(a).filter(|child| matches!(child, Place::Node(_)));
+        let likely = nodes
+            .map(|child| (model.probability(child, &segment.start), child))
+            .reduce(|best, other| if other.0 > best.0 { other } else { best });
+        if let Some((probability, Place::Node(y))) = likely
+            && probability >= rule.min_probability
+            && model.node(y)?.reference == segment.reference
+            && learner.distance(&segment, &model.node(y)?.policy, &mut counters)? <= rule.max_distance
+        {
+            i = Some(y);
+            branch = Branch::Modify;
+        }
+    }
+
+    // What else begins after `a`: the negatives of line 7, and whom D3 tells.
+    let siblings: BTreeSet<Place> = model.children(a).filter(|child| i.map(Place::Node) != Some(*child)).collect();
+    let mut stale = BTreeSet::new();
+    let z = match i {
+        // A2.5: i = ∅
+        None => {
+            let p = BTreeSet::from([s]); // A2.6
+            let mut n = model.starts(siblings.iter().copied()); // A2.7
+            n.extend(model.background(decisions.background, [a].into_iter(), &p)); // D2
+            let samples = Samples { positives: p.clone(), negatives: n };
+            let policy = learner.fit_policy(&[&segment], &mut counters)?; // A2.8
+            let classifier = model.fit_samples(learner, &samples, &mut counters)?; // A2.9
+            model.add_node(p.iter().map(|_| d).collect(), policy, samples, classifier) // A2.10, A2.11
+        }
+        // A2.14
+        Some(z) => {
+            // A2.15 is the pattern; A2.16: p ← s, which `adopt` adds with d.
+            let mut n = BTreeSet::new();
+            for r in model.parents(Place::Node(z)).chain([a]) {
+                let others = model.children(r).filter(|child| !subtract || *child != Place::Node(z)); // D1
+                n.extend(model.starts(others)); // A2.17: S(children(a) ∪ ⋃ children(r))
+            }
+            if decisions.background.neighbours {
+                n.extend(model.starts([a].into_iter())); // D2
+            }
+            model.adopt(z, d, branch == Branch::Modify)?;
+            model.fit_policy(learner, z, &mut counters)?; // A2.18
+            model.add_negatives(Place::Node(z), &n, subtract);
+            stale.insert(Place::Node(z)); // A2.19, below
+            z
+        }
+    };
+    model.place(d, z);
+    let edge_added = model.add_edge(a, Place::Node(z)); // A2.12, A2.20
+    if decisions.push_to_siblings {
+        let s = BTreeSet::from([s]);
+        stale.extend(siblings.into_iter().filter(|sibling| model.add_negatives(*sibling, &s, true))); // D3
+    }
+    counters.nodes_touched += 1 + stale.iter().filter(|place| **place != Place::Node(z)).count() as u64;
+    model.fit_classifiers(learner, &stale, &mut counters)?; // A2.19 and D3
+    // A2.13, A2.21
+    Ok(Step {
+        reference: segment.reference.to_string(),
+        applicable: z_set.len(),
+        model_size,
+        candidates: found.compared,
+        matched_in: found.matched_in,
+        branch,
+        node: z,
+        after: a,
+        edge_added,
+        merged: found.groups.iter().map(|group| (group.clone(), now(group[0]))).collect(),
+        counters,
+    })
+}

@@ -1,0 +1,403 @@
+//! The task model `T`: an automaton whose nodes are primitives, and the traversal histories of the data beneath it.
+
+mod reconnect;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use serde::{Serialize, Serializer};
+
+use crate::decisions::Background;
+use crate::demonstration::{Demonstration, Segment, State};
+use crate::error::SituError;
+use crate::place::{NodeId, Place, SampleId, Samples, SegmentId};
+use crate::primitive::{Initiation, Learner};
+use crate::trace::Counters;
+
+/// A node `z`: a primitive with the data beneath it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(bound = "L::Policy: Serialize, L::Classifier: Serialize")]
+pub struct Node<L: Learner> {
+    /// The reference object of all its segments.
+    pub reference: Arc<str>,
+    /// The segments that are instances of the primitive.
+    pub segments: BTreeSet<SegmentId>,
+    /// Those of them that its policy is fitted to: fewer after a modification (decision D18).
+    pub policy_segments: BTreeSet<SegmentId>,
+    /// The policy `π`.
+    pub policy: L::Policy,
+    /// The samples of its classifier.
+    pub samples: Samples,
+    /// The initiation classifier `c`.
+    pub classifier: L::Classifier,
+}
+
+/// One demonstration and the primitives it traversed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct History {
+    /// The demonstration's name.
+    pub name: Arc<str>,
+    /// The segment whose node ran last before the demonstration; `None` for START.
+    pub after: Option<SegmentId>,
+    /// Its segments.
+    pub segments: Vec<Arc<Segment>>,
+    /// The node of each segment that has been placed so far.
+    pub nodes: Vec<NodeId>,
+    /// The world after it.
+    pub final_state: State,
+    /// Whether it leads to END.
+    pub carried_to_end: bool,
+}
+
+impl History {
+    /// A demonstration cut into its segments, none of them placed.
+    pub fn new(demonstration: &Demonstration, segments: Vec<Segment>, after: Option<SegmentId>) -> Self {
+        Self {
+            name: demonstration.name().clone(),
+            after,
+            segments: segments.into_iter().map(Arc::new).collect(),
+            nodes: Vec::new(),
+            final_state: demonstration.final_state().clone(),
+            carried_to_end: demonstration.carried_to_end(),
+        }
+    }
+}
+
+/// END: a pseudo-node with a classifier of its own (decision D11).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(bound = "L::Classifier: Serialize")]
+pub struct End<L: Learner> {
+    /// The samples of its classifier.
+    pub samples: Samples,
+    /// Its classifier; `None` until a demonstration was carried on to the end.
+    pub classifier: Option<L::Classifier>,
+}
+
+/// The automaton `T`.
+///
+/// Every edge stands for two consecutive places in a history; [`TaskModel::children`] and [`TaskModel::parents`] are
+/// inverse to each other.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(bound = "L::Policy: Serialize, L::Classifier: Serialize, L::Calibration: Serialize")]
+pub struct TaskModel<L: Learner> {
+    nodes: BTreeMap<NodeId, Node<L>>,
+    end: End<L>,
+    #[serde(rename = "edges", serialize_with = "edge_list")]
+    children: BTreeMap<Place, BTreeSet<Place>>,
+    #[serde(skip)]
+    parents: BTreeMap<Place, BTreeSet<Place>>,
+    histories: Vec<History>,
+    /// Demonstrations that began where a segment's node had run.
+    #[serde(skip)]
+    followers: BTreeMap<SegmentId, Vec<u32>>,
+    #[serde(skip)]
+    by_reference: BTreeMap<Arc<str>, BTreeSet<NodeId>>,
+    next: u32,
+    calibration: L::Calibration,
+}
+
+fn edge_list<S: Serializer>(children: &BTreeMap<Place, BTreeSet<Place>>, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(children.iter().flat_map(|(from, to)| to.iter().map(move |to| (from, to))))
+}
+
+impl<L: Learner> TaskModel<L> {
+    /// A model that knows nothing but its calibration.
+    pub fn new(calibration: L::Calibration) -> Self {
+        Self {
+            nodes: BTreeMap::new(),
+            end: End { samples: Samples::default(), classifier: None },
+            children: BTreeMap::new(),
+            parents: BTreeMap::new(),
+            histories: Vec::new(),
+            followers: BTreeMap::new(),
+            by_reference: BTreeMap::new(),
+            next: 0,
+            calibration,
+        }
+    }
+
+    /// κ, the number of primitives.
+    pub fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Whether the model holds no primitive.
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// The calibration made when the originals were taught (decision D8).
+    pub fn calibration(&self) -> &L::Calibration {
+        &self.calibration
+    }
+
+    /// The nodes in the order of their ids.
+    pub fn nodes(&self) -> impl ExactSizeIterator<Item = (NodeId, &Node<L>)> {
+        self.nodes.iter().map(|(id, node)| (*id, node))
+    }
+
+    /// A node.
+    ///
+    /// # Errors
+    /// [`SituError::UnknownNode`].
+    pub fn node(&self, id: NodeId) -> Result<&Node<L>, SituError> {
+        self.nodes.get(&id).ok_or(SituError::UnknownNode(id))
+    }
+
+    fn node_mut(&mut self, id: NodeId) -> Result<&mut Node<L>, SituError> {
+        self.nodes.get_mut(&id).ok_or(SituError::UnknownNode(id))
+    }
+
+    /// The pseudo-node END.
+    pub fn end(&self) -> &End<L> {
+        &self.end
+    }
+
+    /// The demonstrations in the order in which the model saw them.
+    pub fn histories(&self) -> &[History] {
+        &self.histories
+    }
+
+    /// The nodes with this reference object, in the order of their ids.
+    pub fn nodes_of(&self, reference: &str) -> impl Iterator<Item = NodeId> {
+        self.by_reference.get(reference).into_iter().flatten().copied()
+    }
+
+    /// `children(place)`, in order.
+    pub fn children(&self, place: Place) -> impl Iterator<Item = Place> + Clone {
+        self.children.get(&place).into_iter().flatten().copied()
+    }
+
+    /// `parent(place)`, in order.
+    pub fn parents(&self, place: Place) -> impl Iterator<Item = Place> + Clone {
+        self.parents.get(&place).into_iter().flatten().copied()
+    }
+
+    /// All edges, in order.
+    pub fn edges(&self) -> impl Iterator<Item = (Place, Place)> {
+        self.children.iter().flat_map(|(from, to)| to.iter().map(move |to| (*from, *to)))
+    }
+
+    /// A segment.
+    ///
+    /// # Panics
+    /// Where the id is of another model.
+    pub fn segment(&self, id: SegmentId) -> &Arc<Segment> {
+        &self.histories[id.demonstration as usize].segments[id.index as usize]
+    }
+
+    /// The state of a sample.
+    ///
+    /// # Panics
+    /// Where the id is of another model.
+    pub fn state(&self, sample: SampleId) -> &State {
+        match sample {
+            SampleId::Start(id) => &self.segment(id).start,
+            SampleId::Final(index) => &self.histories[index as usize].final_state,
+        }
+    }
+
+    /// The node that holds a segment, once it has been placed.
+    pub fn node_of(&self, id: SegmentId) -> Option<NodeId> {
+        self.histories.get(id.demonstration as usize)?.nodes.get(id.index as usize).copied()
+    }
+
+    /// `{ z_j ∈ T | c_j(s) = 1 }` (A1.6): the primitives whose classifier is activated, in the order of their ids.
+    pub fn applicable(&self, state: &State, counters: &mut Counters) -> Vec<NodeId> {
+        counters.classifier_evaluations += self.nodes.len() as u64;
+        self.nodes.iter().filter(|(_, node)| node.classifier.is_applicable(state)).map(|(id, _)| *id).collect()
+    }
+
+    /// The probability that `place` can begin in `state`; 0 for START and for END before anything ended.
+    pub fn probability(&self, place: Place, state: &State) -> f64 {
+        match place {
+            Place::Start => 0.0,
+            Place::Node(id) => self.nodes.get(&id).map_or(0.0, |node| node.classifier.probability(state)),
+            Place::End => self.end.classifier.as_ref().map_or(0.0, |classifier| classifier.probability(state)),
+        }
+    }
+
+    /// The child of `place` that is most probable in `state`, and its probability; the first in order where two tie.
+    pub fn most_probable_child(&self, place: Place, state: &State) -> Option<(Place, f64)> {
+        self.children(place)
+            .map(|child| (child, self.probability(child, state)))
+            .reduce(|best, other| if other.1 > best.1 { other } else { best })
+    }
+
+    fn samples(&self, place: Place) -> Option<&Samples> {
+        match place {
+            Place::Start => None,
+            Place::Node(id) => self.nodes.get(&id).map(|node| &node.samples),
+            Place::End => Some(&self.end.samples),
+        }
+    }
+
+    fn samples_mut(&mut self, place: Place) -> Option<&mut Samples> {
+        match place {
+            Place::Start => None,
+            Place::Node(id) => self.nodes.get_mut(&id).map(|node| &mut node.samples),
+            Place::End => Some(&mut self.end.samples),
+        }
+    }
+
+    /// `S(places)`: the samples in which these places begin.
+    pub fn starts(&self, places: impl Iterator<Item = Place>) -> BTreeSet<SampleId> {
+        places.filter_map(|place| self.samples(place)).flat_map(|samples| &samples.positives).copied().collect()
+    }
+
+    /// Writes a demonstration down, none of its segments placed yet, and returns its segments' ids.
+    pub fn begin(&mut self, history: History) -> Vec<SegmentId> {
+        let demonstration = self.histories.len() as u32;
+        if let Some(after) = history.after {
+            self.followers.entry(after).or_default().push(demonstration);
+        }
+        let ids = (0..history.segments.len() as u32).map(|index| SegmentId { demonstration, index }).collect();
+        self.histories.push(History { nodes: Vec::new(), ..history });
+        ids
+    }
+
+    /// The segment that stands for `place` as the origin of a demonstration: the first that its node holds.
+    ///
+    /// # Errors
+    /// [`SituError::NotExecutable`] for END, [`SituError::UnknownNode`].
+    pub fn origin(&self, place: Place) -> Result<Option<SegmentId>, SituError> {
+        match place {
+            Place::Start => Ok(None),
+            Place::Node(id) => Ok(self.node(id)?.segments.first().copied()),
+            Place::End => Err(SituError::NotExecutable(place)),
+        }
+    }
+
+    /// Add-Node (A2.11) for segments that are placed in order, one after another.
+    pub fn add_node(
+        &mut self,
+        segments: BTreeSet<SegmentId>,
+        policy: L::Policy,
+        samples: Samples,
+        classifier: L::Classifier,
+    ) -> NodeId {
+        let id = NodeId(self.next);
+        self.next += 1;
+        let first = segments.first().expect("a node holds at least one segment");
+        let reference = self.segment(*first).reference.clone();
+        self.by_reference.entry(reference.clone()).or_default().insert(id);
+        let policy_segments = segments.clone();
+        self.nodes.insert(id, Node { reference, segments, policy_segments, policy, samples, classifier });
+        id
+    }
+
+    /// Notes in the history that the next segment of its demonstration was `id`.
+    pub fn place(&mut self, segment: SegmentId, id: NodeId) {
+        let nodes = &mut self.histories[segment.demonstration as usize].nodes;
+        assert_eq!(nodes.len(), segment.index as usize, "segments are placed in order");
+        nodes.push(id);
+    }
+
+    /// Makes a segment an instance of a node, for its policy as well; `replace` forgets the policy's other segments (decision D18).
+    ///
+    /// # Errors
+    /// [`SituError::UnknownNode`].
+    pub fn adopt(&mut self, id: NodeId, segment: SegmentId, replace: bool) -> Result<(), SituError> {
+        let node = self.node_mut(id)?;
+        if replace {
+            node.policy_segments.clear();
+        }
+        node.segments.insert(segment);
+        node.policy_segments.insert(segment);
+        node.samples.positives.insert(SampleId::Start(segment));
+        Ok(())
+    }
+
+    /// Add-Edge (A2.12, A2.20). Returns whether the edge is new.
+    pub fn add_edge(&mut self, from: Place, to: Place) -> bool {
+        self.parents.entry(to).or_default().insert(from);
+        self.children.entry(from).or_default().insert(to)
+    }
+
+    /// Adds a positive sample to END.
+    pub fn add_final(&mut self, demonstration: u32) {
+        self.end.samples.positives.insert(SampleId::Final(demonstration));
+    }
+
+    /// Adds negatives to a place's samples, its own positives left out where `subtract` (decision D1).
+    /// Returns whether anything was new.
+    pub fn add_negatives(&mut self, place: Place, negatives: &BTreeSet<SampleId>, subtract: bool) -> bool {
+        let Some(samples) = self.samples_mut(place) else { return false };
+        let before = samples.negatives.len();
+        for sample in negatives {
+            if !(subtract && samples.positives.contains(sample)) {
+                samples.negatives.insert(*sample);
+            }
+        }
+        samples.negatives.len() > before
+    }
+
+    /// Background negatives (decision D2) of a primitive that stands between these places: a bounded number of start
+    /// states, spread over the demonstrations by a fixed sequence of low discrepancy, its own `positives` left out.
+    pub fn background(
+        &self,
+        rule: Background,
+        neighbours: impl Iterator<Item = Place>,
+        positives: &BTreeSet<SampleId>,
+    ) -> BTreeSet<SampleId> {
+        let mut samples = if rule.neighbours { self.starts(neighbours) } else { BTreeSet::new() };
+        // Only the demonstration that is being learned can have no segment placed yet.
+        let placed =
+            self.histories.len() - usize::from(self.histories.last().is_some_and(|last| last.nodes.is_empty()));
+        for draw in 0..if placed == 0 { 0 } else { rule.others } {
+            // The golden ratio and the plastic number: points that spread evenly however many are drawn.
+            let spread = |step: f64, size: usize| ((draw as f64 + 0.5) * step % 1.0 * size as f64) as usize;
+            let history = spread(0.618_033_988_749_894_9, placed);
+            let segment = spread(0.754_877_666_246_692_8, self.histories[history].nodes.len());
+            samples.insert(SampleId::Start(SegmentId { demonstration: history as u32, index: segment as u32 }));
+        }
+        samples.retain(|sample| !positives.contains(sample));
+        samples
+    }
+
+    /// Fits the policy of a node to its policy's segments (Update-Policy, A2.18).
+    ///
+    /// # Errors
+    /// Where the learner refuses.
+    pub fn fit_policy(&mut self, learner: &L, id: NodeId, counters: &mut Counters) -> Result<(), SituError> {
+        let segments: Vec<&Segment> = self.node(id)?.policy_segments.iter().map(|id| &**self.segment(*id)).collect();
+        let policy = learner.fit_policy(&segments, counters)?;
+        self.node_mut(id)?.policy = policy;
+        Ok(())
+    }
+
+    /// Fits the classifier of each of these places to its samples (Update-Classifier, A2.19); START has none.
+    ///
+    /// # Errors
+    /// Where the learner refuses.
+    pub fn fit_classifiers(
+        &mut self,
+        learner: &L,
+        places: &BTreeSet<Place>,
+        counters: &mut Counters,
+    ) -> Result<(), SituError> {
+        for place in places {
+            let Some(samples) = self.samples(*place).filter(|samples| !samples.positives.is_empty()) else { continue };
+            let classifier = self.fit_samples(learner, samples, counters)?;
+            match place {
+                Place::Node(id) => self.node_mut(*id)?.classifier = classifier,
+                _ => self.end.classifier = Some(classifier),
+            }
+        }
+        Ok(())
+    }
+
+    /// A classifier for these samples.
+    ///
+    /// # Errors
+    /// Where the learner refuses.
+    pub fn fit_samples(
+        &self,
+        learner: &L,
+        samples: &Samples,
+        counters: &mut Counters,
+    ) -> Result<L::Classifier, SituError> {
+        let states = |ids: &BTreeSet<SampleId>| ids.iter().map(|id| self.state(*id)).collect::<Vec<_>>();
+        learner.fit_classifier(&states(&samples.positives), &states(&samples.negatives), counters)
+    }
+}

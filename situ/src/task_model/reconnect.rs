@@ -1,0 +1,113 @@
+//! Local-Reconnect: nodes merged, and connected by the traversal histories of their data.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::TaskModel;
+use crate::demonstration::Segment;
+use crate::error::SituError;
+use crate::place::{NodeId, Place, Samples, SegmentId};
+use crate::primitive::Learner;
+use crate::trace::Counters;
+
+impl<L: Learner> TaskModel<L> {
+    /// Local-Reconnect (A2.3): replaces each group of nodes by one node, retrained on the group's data and connected
+    /// by the traversal histories of that data. Returns the new id of each node that is gone (decision D9).
+    ///
+    /// # Errors
+    /// Where the learner refuses, or a node is not in the model.
+    pub fn local_reconnect(
+        &mut self,
+        learner: &L,
+        groups: &[Vec<NodeId>],
+        subtract: bool,
+        counters: &mut Counters,
+    ) -> Result<BTreeMap<NodeId, NodeId>, SituError> {
+        let mut renamed = BTreeMap::new();
+        for group in groups {
+            let mut segments = BTreeSet::new();
+            let mut policy_segments = BTreeSet::new();
+            let mut samples = Samples::default();
+            for id in group {
+                let node = self.node(*id)?;
+                segments.extend(&node.segments);
+                policy_segments.extend(&node.policy_segments);
+                samples.positives.extend(&node.samples.positives);
+                samples.negatives.extend(&node.samples.negatives);
+            }
+            if subtract {
+                samples.negatives = samples.negatives.difference(&samples.positives).copied().collect();
+            }
+            let data: Vec<&Segment> = policy_segments.iter().map(|id| &**self.segment(*id)).collect();
+            let policy = learner.fit_policy(&data, counters)?;
+            let classifier = self.fit_samples(learner, &samples, counters)?;
+            counters.nodes_touched += group.len() as u64 + 1;
+            for id in group {
+                self.remove(*id);
+            }
+            let touched = segments.clone();
+            let merged = self.add_node(segments, policy, samples, classifier);
+            self.nodes.get_mut(&merged).expect("just added").policy_segments = policy_segments;
+            for segment in &touched {
+                self.histories[segment.demonstration as usize].nodes[segment.index as usize] = merged;
+            }
+            self.connect_by_history(&touched);
+            renamed.extend(group.iter().map(|id| (*id, merged)));
+        }
+        Ok(renamed)
+    }
+
+    fn remove(&mut self, id: NodeId) {
+        let place = Place::Node(id);
+        for child in self.children.remove(&place).unwrap_or_default() {
+            detach(&mut self.parents, child, place);
+        }
+        for parent in self.parents.remove(&place).unwrap_or_default() {
+            detach(&mut self.children, parent, place);
+        }
+        if let Some(node) = self.nodes.remove(&id)
+            && let Some(ids) = self.by_reference.get_mut(&node.reference)
+        {
+            ids.remove(&id);
+            if ids.is_empty() {
+                self.by_reference.remove(&node.reference);
+            }
+        }
+    }
+
+    /// Adds the edges into and out of these segments' nodes that the histories hold.
+    pub fn connect_by_history(&mut self, segments: &BTreeSet<SegmentId>) {
+        let mut edges = BTreeSet::new();
+        let node = |id: SegmentId| self.node_of(id).map(Place::Node);
+        for id in segments {
+            let Some(here) = node(*id) else { continue };
+            let history = &self.histories[id.demonstration as usize];
+            let before = match id.index.checked_sub(1) {
+                Some(index) => node(SegmentId { index, ..*id }),
+                None => history.after.map_or(Some(Place::Start), node),
+            };
+            edges.extend(before.map(|before| (before, here)));
+            let next = SegmentId { index: id.index + 1, ..*id };
+            if next.index as usize == history.segments.len() {
+                edges.extend(history.carried_to_end.then_some((here, Place::End)));
+            } else {
+                edges.extend(node(next).map(|next| (here, next)));
+            }
+            for follower in self.followers.get(id).into_iter().flatten() {
+                let first = SegmentId { demonstration: *follower, index: 0 };
+                edges.extend(node(first).map(|first| (here, first)));
+            }
+        }
+        for (from, to) in edges {
+            self.add_edge(from, to);
+        }
+    }
+}
+
+fn detach(map: &mut BTreeMap<Place, BTreeSet<Place>>, key: Place, value: Place) {
+    if let Some(set) = map.get_mut(&key) {
+        set.remove(&value);
+        if set.is_empty() {
+            map.remove(&key);
+        }
+    }
+}

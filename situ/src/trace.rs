@@ -1,0 +1,113 @@
+//! What an update did, step by step, in exact counters (decision D17).
+
+use std::ops::AddAssign;
+
+use serde::{Deserialize, Serialize};
+
+use crate::place::{NodeId, Place};
+
+/// Exact counts of work. They depend on the input alone, never on the machine, so a difference is a verdict.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Counters {
+    /// Hidden Markov models fitted, policies and signatures alike.
+    pub hmm_fits: u64,
+    /// Iterations of expectation maximisation over all fits.
+    pub em_iterations: u64,
+    /// Divergences between two models.
+    pub divergences: u64,
+    /// Initiation classifiers fitted.
+    pub classifier_fits: u64,
+    /// Initiation classifiers evaluated (the scan of A1.6 and the search of D10).
+    pub classifier_evaluations: u64,
+    /// Nodes created, refitted or removed.
+    pub nodes_touched: u64,
+    /// Segments read to fit a policy or a signature.
+    pub segments_touched: u64,
+}
+
+impl Counters {
+    /// The counters by name, in the order of the tables.
+    pub fn named(&self) -> [(&'static str, u64); 7] {
+        [
+            ("hmm_fits", self.hmm_fits),
+            ("em_iterations", self.em_iterations),
+            ("divergences", self.divergences),
+            ("classifier_fits", self.classifier_fits),
+            ("classifier_evaluations", self.classifier_evaluations),
+            ("nodes_touched", self.nodes_touched),
+            ("segments_touched", self.segments_touched),
+        ]
+    }
+}
+
+impl AddAssign for Counters {
+    fn add_assign(&mut self, other: Self) {
+        self.hmm_fits += other.hmm_fits;
+        self.em_iterations += other.em_iterations;
+        self.divergences += other.divergences;
+        self.classifier_fits += other.classifier_fits;
+        self.classifier_evaluations += other.classifier_evaluations;
+        self.nodes_touched += other.nodes_touched;
+        self.segments_touched += other.segments_touched;
+    }
+}
+
+/// Where the node that a segment matched was found (decision D10).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MatchedIn {
+    /// Among the applicable primitives `Z`.
+    Index,
+    /// Among the other nodes of the segment's reference object.
+    Reference,
+    /// Nowhere: the segment is unmodelled.
+    None,
+}
+
+/// The branch of Algorithm 2 that a segment took.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Branch {
+    /// Lines 5 to 13: a new primitive.
+    New,
+    /// Lines 14 to 21: an existing primitive.
+    Existing,
+    /// Decision D18: an existing primitive whose policy the segment replaces.
+    Modify,
+}
+
+/// One segment's local update.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Step {
+    /// The segment's reference object.
+    pub reference: String,
+    /// |Z|: primitives applicable in the segment's start state.
+    pub applicable: usize,
+    /// |T|: primitives in the model before the step.
+    pub model_size: usize,
+    /// Primitives compared with the segment.
+    pub candidates: usize,
+    /// Where the match was found.
+    pub matched_in: MatchedIn,
+    /// The branch taken.
+    pub branch: Branch,
+    /// The primitive that now holds the segment.
+    pub node: NodeId,
+    /// The primitive (or START) that ran before it.
+    pub after: Place,
+    /// Whether the edge from `after` to `node` is new.
+    pub edge_added: bool,
+    /// Groups merged by Cluster and Local-Reconnect: old ids, and the id that replaces them.
+    pub merged: Vec<(Vec<NodeId>, NodeId)>,
+    /// The work of this step.
+    pub counters: Counters,
+}
+
+/// What one update did.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Trace {
+    /// One step a segment; empty for a full retraining, which has none.
+    pub steps: Vec<Step>,
+    /// All the work, the steps' and what belongs to no step (END).
+    pub counters: Counters,
+}

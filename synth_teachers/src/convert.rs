@@ -1,0 +1,36 @@
+//! From the tasks' types to the learner's: the same numbers under another name.
+
+use situ::demonstration::{Feature, Gripper, Schema, State};
+use situ::error::SituError;
+use situ_tasks::{Episode, Setting};
+
+/// The learner's schema of a setting's observed state.
+///
+/// # Errors
+/// Where the setting's schema breaks a rule of the learner's.
+pub fn schema(setting: &Setting) -> Result<Schema, SituError> {
+    let features = setting.schema.features().iter();
+    Schema::new(features.map(|feature| Feature { name: feature.name.clone(), scale: feature.scale }).collect())
+}
+
+/// The observed state of an episode.
+pub fn observe(episode: &Episode) -> State {
+    State::new(episode.observe())
+}
+
+/// A gripper command as the learner sees it.
+pub fn observed_gripper(command: situ_sim::Gripper) -> Gripper {
+    match command {
+        situ_sim::Gripper::Open(metres) => Gripper::Open(metres),
+        situ_sim::Gripper::Close(newtons) => Gripper::Close(newtons),
+    }
+}
+
+/// A learned gripper command for the hand; `stroke` is the hand's greatest opening, metres.
+pub fn gripper_command(gripper: Gripper, stroke: f64) -> situ_sim::Gripper {
+    match gripper {
+        Gripper::Opening(fraction) => situ_sim::Gripper::Open(fraction.clamp(0.0, 1.0) * stroke),
+        Gripper::Open(metres) => situ_sim::Gripper::Open(metres),
+        Gripper::Close(newtons) => situ_sim::Gripper::Close(newtons),
+    }
+}

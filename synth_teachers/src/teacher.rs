@@ -1,0 +1,175 @@
+//! A teacher performs the task's program and writes down what was seen.
+
+use std::sync::Arc;
+
+use situ::demonstration::{Demonstration, Keyframe, Kind, Schema};
+use situ_sim::{MotionEnd, World};
+use situ_tasks::{Episode, Setting, Skill};
+
+use crate::convert::{observe, observed_gripper};
+use crate::error::TeacherError;
+use crate::mistakes::{Mistakes, Tally, displaced, half_way};
+use crate::profile::Profile;
+
+/// What a demonstration cost its teacher.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Effort {
+    /// Keyframes recorded.
+    pub keyframes: u32,
+    /// Simulated seconds.
+    pub seconds: f64,
+    /// Path of the gripper, metres.
+    pub metres: f64,
+}
+
+/// A demonstration given, or an attempt at one.
+#[derive(Clone, Debug)]
+pub struct Shown {
+    /// What was recorded; `None` where nothing was: the program had nothing to do.
+    pub demonstration: Option<Demonstration>,
+    /// What it cost.
+    pub effort: Effort,
+    /// Whether it is fit to be handed in: every skill did what it is for, and what was carried on to the end met the goal.
+    pub clean: bool,
+    /// The mistakes made.
+    pub tally: Tally,
+    /// The skills performed, by name.
+    pub skills: Vec<String>,
+}
+
+/// A scripted teacher.
+#[derive(Clone, Debug)]
+pub struct Teacher {
+    profile: Profile,
+}
+
+/// Skills in one demonstration after which the teacher gives up: more than twice what the longest task needs.
+const MOST_SKILLS: usize = 40;
+
+impl Teacher {
+    /// A teacher of this profile.
+    pub fn new(profile: Profile) -> Self {
+        Self { profile }
+    }
+
+    /// The profile.
+    pub fn profile(&self) -> &Profile {
+        &self.profile
+    }
+
+    /// Demonstrates from where the episode stands, until the goal is met (or, in a correction, until the robot knows how to
+    /// go on, where the draw says that this teacher stops there). `observer` sees every simulated step.
+    ///
+    /// # Errors
+    /// Where a reference object is missing or an observation is not finite; an unclean attempt is no error.
+    pub fn demonstrate(
+        &self,
+        name: &str,
+        kind: Kind,
+        schema: &Schema,
+        episode: &mut Episode,
+        seed: u64,
+        observer: &mut dyn FnMut(&World),
+    ) -> Result<Shown, TeacherError> {
+        let mut mistakes = Mistakes::new(&self.profile, seed);
+        let stops_early = mistakes.stops_early() && kind == Kind::Corrective;
+        let setting = episode.setting().clone();
+        let (seconds, metres) = (episode.seconds(), episode.path());
+        let mut recorder = Recorder { keyframes: Vec::new(), before: observe(episode) };
+        let mut skills = Vec::new();
+        let mut clean = true;
+        let mut stopped = false;
+        while !episode.succeeded() {
+            let Some(skill) = episode.next_skill().cloned() else { break };
+            if skills.len() == MOST_SKILLS || episode.finished_out_of_time() || !episode.is_sound() {
+                clean = false;
+                break;
+            }
+            clean &= perform(&skill, episode, &mut mistakes, &mut recorder, observer)?;
+            clean &= episode.holds(&skill.until);
+            skills.push(skill.name.clone());
+            if !clean {
+                // A person who sees that it went wrong stops, and begins again.
+                break;
+            }
+            if stops_early && known(&skill, &setting) && !episode.succeeded() {
+                stopped = true;
+                break;
+            }
+        }
+        clean &= stopped || episode.succeeded();
+        let effort = Effort {
+            keyframes: recorder.keyframes.len() as u32,
+            seconds: episode.seconds() - seconds,
+            metres: episode.path() - metres,
+        };
+        clean &= !recorder.keyframes.is_empty();
+        let demonstration = if recorder.keyframes.is_empty() || !episode.is_sound() {
+            None
+        } else {
+            Some(Demonstration::new(name, kind, schema, recorder.keyframes, observe(episode), !stopped)?)
+        };
+        Ok(Shown { demonstration, effort, clean, tally: mistakes.tally, skills })
+    }
+}
+
+/// Whether the original task's program has this very skill: after it, the robot's model knows how to go on.
+fn known(skill: &Skill, setting: &Setting) -> bool {
+    setting.original_skills.iter().any(|original| original.reference == skill.reference && original.keyframes == skill.keyframes)
+}
+
+struct Recorder {
+    keyframes: Vec<Keyframe>,
+    /// The world before the motion to the next keyframe: as the last *recorded* one left it (decision D0).
+    before: situ::demonstration::State,
+}
+
+impl Recorder {
+    fn record(&mut self, episode: &Episode, reference: &Arc<str>, reference_pose: situ::demonstration::Pose, hold: f64) {
+        let after = observe(episode);
+        self.keyframes.push(Keyframe {
+            reference: reference.clone(),
+            reference_pose,
+            gripper_pose: episode.world().tcp(),
+            gripper: observed_gripper(episode.world().gripper()),
+            hold,
+            state: std::mem::replace(&mut self.before, after),
+        });
+    }
+}
+
+/// Performs one skill. Returns whether every keyframe was reached.
+fn perform(
+    skill: &Skill,
+    episode: &mut Episode,
+    mistakes: &mut Mistakes<'_>,
+    recorder: &mut Recorder,
+    observer: &mut dyn FnMut(&World),
+) -> Result<bool, TeacherError> {
+    let reference: Arc<str> = skill.reference.as_str().into();
+    let frame = episode.reference_pose(&skill.reference).ok_or_else(|| TeacherError::NoReference {
+        skill: skill.name.clone(),
+        reference: skill.reference.clone(),
+    })?;
+    for (index, keyframe) in skill.keyframes.iter().enumerate() {
+        let mistake = mistakes.next(keyframe.contact, keyframe.gripper.is_some());
+        let target = displaced(&(frame * keyframe.pose), &mistake.offset);
+        if let Some(error) = mistake.spurious {
+            let needless = displaced(&half_way(&episode.world().tcp(), &target), &error);
+            if matches!(episode.perform(&needless, None, 0.0, observer), MotionEnd::Aborted { .. }) {
+                return Ok(false);
+            }
+            recorder.record(episode, &reference, frame, 0.0);
+        }
+        let hold = keyframe.hold + mistake.pause;
+        let end = episode.perform(&target, keyframe.gripper, hold, observer);
+        episode.reached_keyframe(&skill.reference, index);
+        if !mistake.missing {
+            recorder.record(episode, &reference, frame, hold);
+        }
+        if matches!(end, MotionEnd::Aborted { .. }) || !episode.is_sound() {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
