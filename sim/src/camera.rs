@@ -25,7 +25,7 @@ pub struct Camera {
 impl Default for Camera {
     /// From the front and above, over the middle of the table.
     fn default() -> Camera {
-        Camera { eye: [0.12, -0.7, 0.42], target: [0.0, 0.0, 0.1], fov: 0.55 }
+        Camera { eye: [0.12, -0.7, 0.42], target: [0.0, 0.0, 0.12], fov: 0.6 }
     }
 }
 
