@@ -1,1 +1,53 @@
-//! Table-top tasks as files: scenes, predicates, skills, variations.
+//! A task is a file: objects, the goal, what a competent teacher does, and variations that each need one edit of a task model.
+//!
+//! [`Registry`] knows the tasks by name. A [`Task`] with one variation applied is a [`Setting`]; an [`Episode`] is one attempt at it, the one
+//! place where hands move in a task. [`script`] runs the competent teacher's program. A mistake in a file is a [`TaskError`] that names file,
+//! line and key. Nothing here knows of task models or learning.
+//!
+//! ```
+//! use situ_tasks::{Episode, Registry};
+//!
+//! let registry = Registry::builtin()?;
+//! let setting = registry.get("sort_blocks")?.variation(Some("cover"))?;
+//! let episode = Episode::start(&setting, 7)?;
+//! assert_eq!(episode.observe().len(), setting.schema.len());
+//! assert_eq!(episode.next_skill().map(|skill| skill.name.as_str()), Some("cover_grasp"));
+//! # Ok::<(), situ_tasks::TaskError>(())
+//! ```
+//!
+//! # The file
+//!
+//! Lengths are metres, angles radians, forces newtons, densities kg/m³. `[[object]]` has a `shape` (`block`, `cylinder`, `ball`, `cup`, `bin`,
+//! `lid`, `cover`, `mat`) and a `start` region; `[beads]` fills a container; `[[magnet]]` holds a lid; `observe` lists what is seen;
+//! `premise` and `goal` are conditions ([`Predicate`]); `[[skill]]` is one skill of the teacher's program; `[[event]]` happens once;
+//! `[[intervention]]` is a moment at which a watching teacher stops the robot. `[[variation]]` may hold all of these but `observe`: an object
+//! or a skill of a known name replaces that one, new objects come last, new skills first, and the other lists are appended.
+
+mod builder;
+mod episode;
+mod error;
+mod expression;
+mod feature;
+mod file;
+mod key;
+mod predicate;
+mod registry;
+pub mod script;
+mod setting;
+mod shape;
+mod skill;
+mod start;
+mod task;
+
+pub use episode::{Episode, EpisodeSnapshot, GRIP_SECONDS, RISE_FIRST};
+pub use error::TaskError;
+pub use feature::{FILL_SCALE, Feature, LENGTH_SCALE, OPENING_SCALE, SEEN_SCALE, Schema, TILT_SCALE};
+pub use predicate::{GRIPPER, HELD_FORCE, ON_SLACK, Predicate, REST_SPEED, UPRIGHT_TILT};
+pub use registry::Registry;
+pub use setting::{Edit, Event, HandStart, Intervention, Moment, Placed, Setting, Start};
+pub use shape::{Size, Sizes};
+pub use skill::{Keyframe, Skill};
+pub use task::Task;
+
+/// The hand's words, for those who know tasks but not the physics beneath them.
+pub use situ_sim::{Gripper, MotionEnd, World};

@@ -1,0 +1,479 @@
+//! From a task file as written to checked settings; every mistake is reported at its key.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use situ_sim::{Beads, Gripper, MAX_OPENING, MAX_SQUEEZE, Magnet, Pose, World, pose_at, rotation_about};
+
+use crate::error::TaskError;
+use crate::feature::{Observable, Schema};
+use crate::file::{
+    BeadsFile, EventFile, InterventionFile, KeyframeFile, MagnetFile, ObjectFile, SkillFile, StartFile, TaskFile,
+    VariationFile,
+};
+use crate::key::{Document, Key};
+use crate::predicate::{GRIPPER, Predicate, Role};
+use crate::setting::{Edit, Event, HandStart, Intervention, Placed, Setting, Start};
+use crate::shape::{self, Sizes};
+use crate::skill::{Keyframe, Skill};
+
+/// Names that mean something else where objects and skills are named.
+const RESERVED: [&str; 5] = [GRIPPER, "table", "hand", "start", "end"];
+
+/// Builds the settings of one file.
+pub(crate) struct Builder<'a> {
+    pub(crate) document: &'a Document<'a>,
+    pub(crate) file: &'a TaskFile,
+}
+
+/// The objects of a setting, as far as names are concerned: containers, and whether there are beads.
+struct Names {
+    objects: BTreeMap<String, bool>,
+    beads: bool,
+}
+
+type Located<'a, T> = Vec<(Key, &'a T)>;
+
+impl<'a> Builder<'a> {
+    /// Checks what belongs to the file as a whole: its name, the names of its variations.
+    pub(crate) fn check_names(&self) -> Result<(), TaskError> {
+        let root = Key::default();
+        self.check_word(&root.field("name"), &self.file.name)?;
+        let mut seen = BTreeSet::new();
+        for (i, variation) in self.file.variation.iter().enumerate() {
+            let key = root.field("variation").index(i).field("name");
+            self.check_word(&key, &variation.name)?;
+            if !seen.insert(variation.name.as_str()) {
+                return self
+                    .wrong(&key, format!("the variation `{}` exists already; expected another name", variation.name));
+            }
+        }
+        Ok(())
+    }
+
+    /// The features of the family: names may belong to the original or to any variation.
+    pub(crate) fn schema(&self) -> Result<Schema, TaskError> {
+        let root = Key::default();
+        let mut all = self.names(&located(&root, "object", &self.file.object), self.file.beads.is_some());
+        for (i, variation) in self.file.variation.iter().enumerate() {
+            let key = root.field("variation").index(i);
+            let more = self.names(&located(&key, "object", &variation.object), variation.beads.is_some());
+            all.objects.extend(more.objects);
+            all.beads |= more.beads;
+        }
+        let mut observables = Vec::new();
+        for (i, text) in self.file.observe.iter().enumerate() {
+            let key = root.field("observe").index(i);
+            let observable = Observable::parse(text).map_err(|expected| self.document.error(&key, expected))?;
+            let mut unknown = None;
+            observable.visit_names(&mut |name, role| {
+                unknown = unknown.take().or_else(|| all.mistake(name, role));
+            });
+            if let Some(expected) = unknown {
+                return self.wrong(&key, expected);
+            }
+            if observables.contains(&observable) {
+                return self.wrong(&key, format!("`{text}` is observed already; expected each feature once"));
+            }
+            observables.push(observable);
+        }
+        if observables.is_empty() {
+            return self.wrong(&root.field("observe"), "expected at least one feature");
+        }
+        Ok(Schema::new(observables))
+    }
+
+    /// The original (no index) or one variation.
+    pub(crate) fn setting(&self, schema: &Schema, index: Option<usize>) -> Result<Setting, TaskError> {
+        let (file, root) = (self.file, Key::default());
+        let patch = index.map(|i| (root.field("variation").index(i), &file.variation[i]));
+        let list = |base: Key, patched: Option<Key>| patched.unwrap_or(base);
+        let patched_key =
+            |present: bool, name: &str| patch.as_ref().filter(|_| present).map(|(key, _)| key.field(name));
+        let variation = patch.as_ref().map(|(_, variation)| *variation);
+
+        let objects =
+            self.merged(located(&root, "object", &file.object), &patch, "object", |v| &v.object, |o| &o.name, false)?;
+        let beads = variation.and_then(|v| v.beads.as_ref()).or(file.beads.as_ref());
+        let names = self.names(&objects, beads.is_some());
+        let (placed, sizes) = self.objects(&objects)?;
+        let beads_key = list(root.field("beads"), patched_key(variation.is_some_and(|v| v.beads.is_some()), "beads"));
+        let beads = beads.map(|beads| self.beads(&beads_key, beads, &names)).transpose()?;
+
+        let base_skills = self.skills(&self.merged_skills(&None)?, &names)?;
+        let skill_files = self.merged_skills(&patch)?;
+        let skills = self.skills(&skill_files, &names)?;
+        let mut magnets = Vec::new();
+        for (key, magnet) in appended(&root, "magnet", &file.magnet, &patch, |v| &v.magnet) {
+            magnets.push(self.magnet(&key, magnet, &names)?);
+        }
+        let mut events: Vec<Event> = Vec::new();
+        for (key, event) in appended(&root, "event", &file.event, &patch, |v| &v.event) {
+            events.push(self.event(&key, event, &names, &skills)?);
+        }
+        let mut interventions = Vec::new();
+        for (key, intervention) in appended(&root, "intervention", &file.intervention, &patch, |v| &v.intervention) {
+            interventions.push(self.intervention(&key, intervention, &names)?);
+        }
+
+        let premise_key =
+            list(root.field("premise"), patched_key(variation.is_some_and(|v| v.premise.is_some()), "premise"));
+        let premise = variation.and_then(|v| v.premise.as_ref()).unwrap_or(&file.premise);
+        let goal_key = list(root.field("goal"), patched_key(variation.is_some_and(|v| v.goal.is_some()), "goal"));
+        let goal = variation.and_then(|v| v.goal.as_ref()).unwrap_or(&file.goal);
+        let limit_key = list(
+            root.field("time_limit"),
+            patched_key(variation.is_some_and(|v| v.time_limit.is_some()), "time_limit"),
+        );
+        let time_limit = variation.and_then(|v| v.time_limit).unwrap_or(file.time_limit);
+        self.check_positive(&limit_key, time_limit)?;
+        let gripper_key = root.field("gripper").field("open");
+        self.check_opening(&gripper_key, file.gripper.open)?;
+
+        let setting = Setting {
+            task: file.name.clone(),
+            variation: variation.map(|v| v.name.clone()),
+            edit: variation.map_or(Edit::None, |v| v.edit),
+            analysis: variation.map_or(&file.analysis, |v| &v.analysis).trim().to_owned(),
+            accepts_edges: variation.map(|v| v.accepts_edges.clone()).unwrap_or_default(),
+            premise: self.predicate(&premise_key, premise, &names)?,
+            goal: self.predicate(&goal_key, goal, &names)?,
+            objects: placed,
+            beads,
+            magnets,
+            events,
+            skills,
+            original_skills: base_skills,
+            schema: schema.clone(),
+            interventions,
+            time_limit,
+            hand: HandStart { at: file.gripper.at, open: file.gripper.open },
+            sizes,
+        };
+        if let Some((key, variation)) = &patch {
+            self.check_edit(key, variation, &setting)?;
+        }
+        Ok(setting)
+    }
+
+    /// Whether what a variation changes agrees with the edit that it declares.
+    fn check_edit(&self, key: &Key, variation: &VariationFile, setting: &Setting) -> Result<(), TaskError> {
+        let known: BTreeSet<&str> = self.file.skill.iter().map(|skill| skill.name.as_str()).collect();
+        let added = variation.skill.iter().filter(|skill| !known.contains(skill.name.as_str())).count();
+        let replaced = variation.skill.len() - added;
+        let rule = match variation.edit {
+            Edit::NodeAddition if added == 0 => "at least one skill of a new name",
+            Edit::EdgeAddition if !variation.skill.is_empty() => {
+                "no change of the skills, for only their order differs"
+            }
+            Edit::EdgeAddition if variation.accepts_edges.is_empty() => "`accepts_edges` to name the transition",
+            Edit::NodeModification if replaced == 0 || added > 0 => {
+                "skills that replace some of the original, and no others"
+            }
+            Edit::None if !variation.skill.is_empty() => "no change of the skills",
+            _ => "",
+        };
+        if !rule.is_empty() {
+            let expected = format!("the edit `{}` was declared; expected {rule}", variation.edit.word());
+            return self.wrong(&key.field("edit"), expected);
+        }
+        for (i, edge) in variation.accepts_edges.iter().enumerate() {
+            for name in edge {
+                if !["start", "end"].contains(&name.as_str()) && !setting.skills.iter().any(|skill| &skill.name == name)
+                {
+                    let expected = format!("there is no skill `{name}`; expected a skill, `start` or `end`");
+                    return self.wrong(&key.field("accepts_edges").index(i), expected);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The base's entries with those of the variation: the same name replaces, a new one comes after (or before) the rest.
+    fn merged<T>(
+        &self,
+        base: Located<'a, T>,
+        patch: &Option<(Key, &'a VariationFile)>,
+        field: &str,
+        of: fn(&'a VariationFile) -> &'a Vec<T>,
+        name: fn(&T) -> &String,
+        first: bool,
+    ) -> Result<Located<'a, T>, TaskError> {
+        let mut merged = base;
+        let unique = |entries: &Located<'a, T>| {
+            let mut seen = BTreeSet::new();
+            for (key, entry) in entries {
+                let key = key.field("name");
+                self.check_word(&key, name(entry))?;
+                if RESERVED.contains(&name(entry).as_str()) {
+                    return self.wrong(&key, format!("the name `{}` is reserved; expected another", name(entry)));
+                }
+                if !seen.insert(name(entry).clone()) {
+                    return self
+                        .wrong(&key, format!("the {field} `{}` exists already; expected another name", name(entry)));
+                }
+            }
+            Ok(())
+        };
+        unique(&merged)?;
+        let Some((key, variation)) = patch else { return Ok(merged) };
+        let patches = located(key, field, of(variation));
+        unique(&patches)?;
+        let mut place = 0;
+        for (key, entry) in patches {
+            if let Some(old) = merged.iter_mut().find(|(_, old)| name(old) == name(entry)) {
+                *old = (key, entry);
+            } else if first {
+                merged.insert(place, (key, entry));
+                place += 1;
+            } else {
+                merged.push((key, entry));
+            }
+        }
+        Ok(merged)
+    }
+
+    fn merged_skills(&self, patch: &Option<(Key, &'a VariationFile)>) -> Result<Located<'a, SkillFile>, TaskError> {
+        let base = located(&Key::default(), "skill", &self.file.skill);
+        self.merged(base, patch, "skill", |v| &v.skill, |s| &s.name, true)
+    }
+
+    fn names(&self, objects: &Located<'_, ObjectFile>, beads: bool) -> Names {
+        let objects = objects.iter().map(|(_, object)| {
+            let (body, _) = shape::body(object);
+            (object.name.clone(), body.container.is_some())
+        });
+        Names { objects: objects.collect(), beads }
+    }
+
+    fn objects(&self, files: &Located<'_, ObjectFile>) -> Result<(Vec<Placed>, Sizes), TaskError> {
+        let (mut placed, mut sizes): (Vec<Placed>, Sizes) = (Vec::new(), Sizes::new());
+        let mut world = World::new();
+        for (key, object) in files {
+            for (key, value) in shape::positive_numbers(&object.shape, &key.field("shape")) {
+                self.check_positive(&key, value)?;
+            }
+            let start = self.start(&key.field("start"), &object.start, &placed)?;
+            let (body, size) = shape::body(object);
+            // The physics knows more rules than are worth repeating here, so it is asked.
+            world
+                .add(body.clone(), Pose::identity())
+                .map_err(|e| self.document.error(&key.field("shape"), e.to_string()))?;
+            sizes.insert(object.name.clone(), size);
+            placed.push(Placed { body, start });
+        }
+        Ok((placed, sizes))
+    }
+
+    fn start(&self, key: &Key, start: &StartFile, before: &[Placed]) -> Result<Start, TaskError> {
+        for (name, range) in [("x", start.x), ("y", start.y), ("yaw", start.yaw)] {
+            if range[0] > range[1] {
+                return self
+                    .wrong(&key.field(name), format!("[{}, {}]: expected [least, largest]", range[0], range[1]));
+            }
+        }
+        if let Some(on) = &start.on
+            && !before.iter().any(|placed| &placed.body.name == on)
+        {
+            return self.wrong(
+                &key.field("on"),
+                format!("`{on}` is not there yet; expected an object listed before this one"),
+            );
+        }
+        if let Some(apart) = start.apart {
+            self.check_positive(&key.field("apart"), apart)?;
+        }
+        Ok(Start { on: start.on.clone(), x: start.x, y: start.y, z: start.z, yaw: start.yaw, apart: start.apart })
+    }
+
+    fn beads(&self, key: &Key, file: &BeadsFile, names: &Names) -> Result<(String, Beads), TaskError> {
+        self.check_name(&key.field("container"), &file.container, Role::Container, names)?;
+        if file.count == 0 {
+            return self.wrong(&key.field("count"), "0: expected at least one bead");
+        }
+        for (name, value) in [("radius", file.radius), ("density", file.density)] {
+            self.check_positive(&key.field(name), value)?;
+        }
+        for (name, value) in [("friction", file.friction), ("angular_damping", file.angular_damping)] {
+            self.check_not_negative(&key.field(name), value)?;
+        }
+        let beads = Beads {
+            count: file.count,
+            radius: file.radius,
+            density: file.density,
+            friction: file.friction,
+            angular_damping: file.angular_damping,
+        };
+        Ok((file.container.clone(), beads))
+    }
+
+    fn magnet(&self, key: &Key, file: &MagnetFile, names: &Names) -> Result<Magnet, TaskError> {
+        self.check_name(&key.field("a"), &file.a, Role::Object, names)?;
+        self.check_name(&key.field("b"), &file.b, Role::Object, names)?;
+        self.check_positive(&key.field("force"), file.force)?;
+        self.check_positive(&key.field("range"), file.range)?;
+        let seat = pose_at(file.seat, Default::default());
+        Ok(Magnet { a: file.a.clone(), b: file.b.clone(), seat, force: file.force, range: file.range })
+    }
+
+    fn skills(&self, files: &Located<'_, SkillFile>, names: &Names) -> Result<Vec<Skill>, TaskError> {
+        let mut skills = Vec::new();
+        for (key, file) in files {
+            self.check_name(&key.field("reference"), &file.reference, Role::Object, names)?;
+            if file.keyframes.is_empty() {
+                return self.wrong(&key.field("keyframes"), "expected at least one keyframe");
+            }
+            let mut keyframes = Vec::new();
+            for (i, keyframe) in file.keyframes.iter().enumerate() {
+                keyframes.push(self.keyframe(&key.field("keyframes").index(i), keyframe, file.tool)?);
+            }
+            skills.push(Skill {
+                name: file.name.clone(),
+                reference: file.reference.clone(),
+                when: self.predicate(&key.field("when"), &file.when, names)?,
+                until: self.predicate(&key.field("until"), &file.until, names)?,
+                keyframes,
+            });
+        }
+        if skills.is_empty() {
+            return self.wrong(&Key::default().field("skill"), "expected at least one skill");
+        }
+        Ok(skills)
+    }
+
+    fn keyframe(&self, key: &Key, file: &KeyframeFile, tool: [f64; 3]) -> Result<Keyframe, TaskError> {
+        let gripper = match (file.open, file.close) {
+            (Some(_), Some(_)) => {
+                return self.wrong(&key.field("close"), "expected either `open` or `close`, not both");
+            }
+            (Some(width), None) => {
+                self.check_opening(&key.field("open"), width)?;
+                Some(Gripper::Open(width))
+            }
+            (None, Some(force)) => {
+                if !(force > 0.0 && force <= MAX_SQUEEZE) {
+                    let expected =
+                        format!("{force}: expected a force of more than 0 and at most {MAX_SQUEEZE} newtons");
+                    return self.wrong(&key.field("close"), expected);
+                }
+                Some(Gripper::Close(force))
+            }
+            (None, None) => None,
+        };
+        self.check_not_negative(&key.field("hold"), file.hold)?;
+        let [roll, pitch, yaw] = file.rpy;
+        let rotation = rotation_about([0.0, 0.0, 1.0], yaw)
+            * rotation_about([0.0, 1.0, 0.0], pitch)
+            * rotation_about([1.0, 0.0, 0.0], roll);
+        let tool = pose_at(tool, Default::default());
+        let pose = pose_at(file.at, rotation) * tool.inverse();
+        Ok(Keyframe { pose, gripper, hold: file.hold, contact: file.contact })
+    }
+
+    fn event(&self, key: &Key, file: &EventFile, names: &Names, skills: &[Skill]) -> Result<Event, TaskError> {
+        let after = key.field("after");
+        self.check_name(&after.field("reference"), &file.after.reference, Role::Object, names)?;
+        self.check_name(&key.field("push"), &file.push, Role::Object, names)?;
+        self.check_positive(&key.field("seconds"), file.seconds)?;
+        let about = skills.iter().filter(|skill| skill.reference == file.after.reference);
+        let most = about.map(|skill| skill.keyframes.len()).max().unwrap_or(0);
+        if file.after.keyframe >= most {
+            let expected = format!(
+                "{}: expected less than {most}, the most keyframes of a skill on `{}`",
+                file.after.keyframe, file.after.reference
+            );
+            return self.wrong(&after.field("keyframe"), expected);
+        }
+        Ok(Event {
+            name: file.name.clone(),
+            reference: file.after.reference.clone(),
+            keyframe: file.after.keyframe,
+            push: file.push.clone(),
+            by: file.by,
+            seconds: file.seconds,
+        })
+    }
+
+    fn intervention(&self, key: &Key, file: &InterventionFile, names: &Names) -> Result<Intervention, TaskError> {
+        if let Some(reference) = &file.reference {
+            self.check_name(&key.field("reference"), reference, Role::Object, names)?;
+        }
+        let when = self.predicate(&key.field("when"), &file.when, names)?;
+        Ok(Intervention { name: file.name.clone(), moment: file.moment, reference: file.reference.clone(), when })
+    }
+
+    fn predicate(&self, key: &Key, text: &str, names: &Names) -> Result<Predicate, TaskError> {
+        let predicate = Predicate::parse(text).map_err(|expected| self.document.error(key, expected))?;
+        let mut mistake = None;
+        predicate.visit_names(&mut |name, role| mistake = mistake.take().or_else(|| names.mistake(name, role)));
+        mistake.map_or(Ok(predicate), |expected| self.wrong(key, expected))
+    }
+
+    fn check_name(&self, key: &Key, name: &str, role: Role, names: &Names) -> Result<(), TaskError> {
+        names.mistake(name, role).map_or(Ok(()), |expected| self.wrong(key, expected))
+    }
+
+    fn check_word(&self, key: &Key, word: &str) -> Result<(), TaskError> {
+        let fine = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+        if word.starts_with(|c: char| c.is_ascii_lowercase()) && word.chars().all(fine) {
+            return Ok(());
+        }
+        self.wrong(key, format!("`{word}`: expected a name of small letters, digits and `_` that begins with a letter"))
+    }
+
+    fn check_positive(&self, key: &Key, value: f64) -> Result<(), TaskError> {
+        if value > 0.0 { Ok(()) } else { self.wrong(key, format!("{value}: expected more than 0")) }
+    }
+
+    fn check_not_negative(&self, key: &Key, value: f64) -> Result<(), TaskError> {
+        if value >= 0.0 { Ok(()) } else { self.wrong(key, format!("{value}: expected 0 or more")) }
+    }
+
+    fn check_opening(&self, key: &Key, width: f64) -> Result<(), TaskError> {
+        if (0.0..=MAX_OPENING).contains(&width) {
+            return Ok(());
+        }
+        self.wrong(key, format!("{width}: expected an opening of 0 to {MAX_OPENING} metres"))
+    }
+
+    fn wrong<T>(&self, key: &Key, expected: impl Into<String>) -> Result<T, TaskError> {
+        Err(self.document.error(key, expected))
+    }
+}
+
+impl Names {
+    /// What is wrong with a name in this role, if anything.
+    fn mistake(&self, name: &str, role: Role) -> Option<String> {
+        let known = || self.objects.keys().cloned().collect::<Vec<_>>().join(", ");
+        match (self.objects.get(name), role) {
+            (None, Role::Point) if name == GRIPPER => None,
+            (None, _) => Some(format!("there is no object `{name}`; expected one of {}", known())),
+            (Some(false), Role::Container | Role::Filled) => {
+                Some(format!("`{name}` is no container; expected a cup or a bin"))
+            }
+            (Some(_), Role::Filled) if !self.beads => {
+                Some(format!("nothing can be in `{name}`, for there are no beads; expected `[beads]`"))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Each entry of a list with its key.
+fn located<'a, T>(root: &Key, field: &str, entries: &'a [T]) -> Located<'a, T> {
+    entries.iter().enumerate().map(|(i, entry)| (root.field(field).index(i), entry)).collect()
+}
+
+/// The base's entries, then the variation's.
+fn appended<'a, T>(
+    root: &Key,
+    field: &str,
+    base: &'a [T],
+    patch: &Option<(Key, &'a VariationFile)>,
+    of: fn(&'a VariationFile) -> &'a Vec<T>,
+) -> Located<'a, T> {
+    let mut all = located(root, field, base);
+    if let Some((key, variation)) = patch {
+        all.extend(located(key, field, of(variation)));
+    }
+    all
+}

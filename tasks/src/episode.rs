@@ -1,0 +1,208 @@
+//! An episode: a world, a setting, and the events that have happened. The one place where hands move in a task.
+
+use std::sync::Arc;
+
+use situ_sim::{Gripper, MotionEnd, Pose, Snapshot, World};
+
+use crate::error::TaskError;
+use crate::predicate::Predicate;
+use crate::setting::{Intervention, Moment, Setting};
+use crate::skill::Skill;
+use crate::start;
+
+/// How long the hand stands still after a gripper command, in seconds: the fingers need 0.25 s for their stroke.
+pub const GRIP_SECONDS: f64 = 0.5;
+
+/// A hand that has to rise by more than this goes up first and then over, in metres: going straight, what it holds would scrape along
+/// the wall that it has to get over.
+pub const RISE_FIRST: f64 = 0.05;
+
+/// One attempt at a setting, from a start that the seed decides. A copy goes on bit for bit as the original does.
+#[derive(Clone)]
+pub struct Episode {
+    setting: Arc<Setting>,
+    world: World,
+    fired: Vec<bool>,
+    began: f64,
+    path: f64,
+}
+
+/// An episode put aside.
+#[derive(Clone, Debug)]
+pub struct EpisodeSnapshot {
+    setting: Arc<Setting>,
+    world: Snapshot,
+    fired: Vec<bool>,
+    began: f64,
+    path: f64,
+}
+
+impl Episode {
+    /// Puts the objects at random places in their regions, fills, lets all settle, and checks the premise.
+    ///
+    /// # Errors
+    /// [`TaskError::Crowded`], [`TaskError::Premise`], or [`TaskError::World`] where the physics refuses the scene.
+    pub fn start(setting: &Arc<Setting>, seed: u64) -> Result<Episode, TaskError> {
+        let world = start::world(setting, seed)?;
+        let fired = vec![false; setting.events.len()];
+        let began = world.time();
+        Ok(Episode { setting: Arc::clone(setting), world, fired, began, path: 0.0 })
+    }
+
+    /// The setting.
+    pub fn setting(&self) -> &Arc<Setting> {
+        &self.setting
+    }
+
+    /// The world.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// The observed state: raw physical units, one value a feature of the setting's schema.
+    pub fn observe(&self) -> Vec<f64> {
+        self.setting.schema.observe(&self.world)
+    }
+
+    /// The frame that keyframes on an object are relative to: its origin and heading, with z vertical. None if it is not there.
+    pub fn reference_pose(&self, name: &str) -> Option<Pose> {
+        self.world.pose(name).map(|pose| start::level(&pose))
+    }
+
+    /// Moves the hand to `target` (of the TCP, world frame), gives the gripper its command and half a second to obey, then waits `hold` seconds.
+    ///
+    /// The way is straight, but for a rise of more than [`RISE_FIRST`] without a turn: that goes up first and then over.
+    /// A motion that the guard stops is over, and the rest follows; after one that is aborted nothing does. `observer` sees each step.
+    pub fn perform(
+        &mut self,
+        target: &Pose,
+        gripper: Option<Gripper>,
+        hold: f64,
+        observer: &mut dyn FnMut(&World),
+    ) -> MotionEnd {
+        let mut last = self.world.tcp().translation.vector;
+        let mut way = 0.0;
+        let mut watch = |world: &World| {
+            let now = world.tcp().translation.vector;
+            way += (now - last).norm();
+            last = now;
+            observer(world);
+        };
+        let end = match above(&self.world.tcp(), target) {
+            Some(corner) => match self.world.move_hand(corner, &mut watch) {
+                MotionEnd::Reached => self.world.move_hand(*target, &mut watch),
+                stopped => stopped,
+            },
+            None => self.world.move_hand(*target, &mut watch),
+        };
+        if !matches!(end, MotionEnd::Aborted { .. }) {
+            if let Some(command) = gripper {
+                self.world.command(command);
+                self.world.hold(GRIP_SECONDS, &mut watch);
+            }
+            self.world.hold(hold, &mut watch);
+        }
+        self.path += way;
+        end
+    }
+
+    /// Says that the hand has reached keyframe `index` (from 0) of a primitive on `reference`; events that wait for it happen now, once.
+    pub fn reached_keyframe(&mut self, reference: &str, index: usize) {
+        for (event, fired) in self.setting.events.iter().zip(&mut self.fired) {
+            if *fired || event.reference != reference || event.keyframe != index {
+                continue;
+            }
+            *fired = true;
+            // Names and durations were checked with the file; a push that the physics refuses does not happen.
+            if self.world.push(&event.push, event.by, event.seconds).is_ok() {
+                self.world.settle(event.seconds);
+            }
+        }
+    }
+
+    /// Whether a condition holds now.
+    pub fn holds(&self, predicate: &Predicate) -> bool {
+        self.setting.holds(predicate, &self.world)
+    }
+
+    /// Whether the goal is achieved now.
+    pub fn succeeded(&self) -> bool {
+        self.is_sound() && self.holds(&self.setting.goal)
+    }
+
+    /// What a competent teacher would do next: the first skill whose `when` holds and whose `until` does not.
+    pub fn next_skill(&self) -> Option<&Skill> {
+        self.setting.choose(&self.setting.skills, &self.world)
+    }
+
+    /// Whether a watching teacher stops the robot at this moment of a primitive on `reference`. For teaching alone.
+    pub fn intervention(&self, moment: Moment, reference: &str) -> Option<&Intervention> {
+        self.setting.interventions.iter().find(|intervention| {
+            intervention.moment == moment
+                && intervention.reference.as_ref().is_none_or(|name| name == reference)
+                && self.holds(&intervention.when)
+        })
+    }
+
+    /// Simulated seconds since the start.
+    pub fn seconds(&self) -> f64 {
+        self.world.time() - self.began
+    }
+
+    /// Metres that the hand has travelled.
+    pub fn path(&self) -> f64 {
+        self.path
+    }
+
+    /// Whether the time limit has passed.
+    pub fn finished_out_of_time(&self) -> bool {
+        self.seconds() > self.setting.time_limit
+    }
+
+    /// Whether the numbers of the physics are still sound; else the run is spoilt, which is nobody's failure.
+    pub fn is_sound(&self) -> bool {
+        self.world.is_finite()
+    }
+
+    /// Puts the present state aside.
+    pub fn snapshot(&self) -> EpisodeSnapshot {
+        EpisodeSnapshot {
+            setting: Arc::clone(&self.setting),
+            world: self.world.snapshot(),
+            fired: self.fired.clone(),
+            began: self.began,
+            path: self.path,
+        }
+    }
+
+    /// An episode that goes on from the snapshot, bit for bit.
+    pub fn restore(snapshot: &EpisodeSnapshot) -> Episode {
+        Episode {
+            setting: Arc::clone(&snapshot.setting),
+            world: World::restore(&snapshot.world),
+            fired: snapshot.fired.clone(),
+            began: snapshot.began,
+            path: snapshot.path,
+        }
+    }
+}
+
+/// Where a motion turns from up to over, if it does.
+fn above(from: &Pose, to: &Pose) -> Option<Pose> {
+    /// A motion that turns the hand by more than this is no mere rise, in radians.
+    const TURN: f64 = 0.35;
+    let rise = to.translation.z - from.translation.z;
+    let sine = (from.rotation.inverse() * to.rotation).imag().norm();
+    let turns = 2.0 * libm::asin(sine.min(1.0)) > TURN;
+    (rise > RISE_FIRST && !turns).then(|| {
+        let mut corner = *from;
+        corner.translation.z = to.translation.z;
+        corner
+    })
+}
+
+impl std::fmt::Debug for Episode {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Episode {{ {}, {:.2} s, {:.2} m }}", self.setting.label(), self.seconds(), self.path)
+    }
+}

@@ -1,0 +1,234 @@
+//! The task file as it is written: plain records for serde, before anything is checked.
+//!
+//! Unknown keys are refused everywhere. Metres, radians, seconds, newtons, kg/m³.
+
+use serde::Deserialize;
+
+use crate::setting::{Edit, Moment};
+
+/// A whole task file.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TaskFile {
+    pub(crate) name: String,
+    pub(crate) analysis: String,
+    pub(crate) time_limit: f64,
+    pub(crate) premise: String,
+    pub(crate) goal: String,
+    pub(crate) observe: Vec<String>,
+    pub(crate) gripper: GripperFile,
+    pub(crate) beads: Option<BeadsFile>,
+    pub(crate) object: Vec<ObjectFile>,
+    #[serde(default)]
+    pub(crate) magnet: Vec<MagnetFile>,
+    pub(crate) skill: Vec<SkillFile>,
+    #[serde(default)]
+    pub(crate) event: Vec<EventFile>,
+    #[serde(default)]
+    pub(crate) intervention: Vec<InterventionFile>,
+    #[serde(default)]
+    pub(crate) variation: Vec<VariationFile>,
+}
+
+/// What a variation changes; what it does not name stays as it is.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct VariationFile {
+    pub(crate) name: String,
+    pub(crate) edit: Edit,
+    pub(crate) analysis: String,
+    #[serde(default)]
+    pub(crate) accepts_edges: Vec<[String; 2]>,
+    pub(crate) time_limit: Option<f64>,
+    pub(crate) premise: Option<String>,
+    pub(crate) goal: Option<String>,
+    pub(crate) beads: Option<BeadsFile>,
+    #[serde(default)]
+    pub(crate) object: Vec<ObjectFile>,
+    #[serde(default)]
+    pub(crate) magnet: Vec<MagnetFile>,
+    #[serde(default)]
+    pub(crate) skill: Vec<SkillFile>,
+    #[serde(default)]
+    pub(crate) event: Vec<EventFile>,
+    #[serde(default)]
+    pub(crate) intervention: Vec<InterventionFile>,
+}
+
+/// Where the hand is at the start: its TCP, in the world.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct GripperFile {
+    pub(crate) at: [f64; 3],
+    pub(crate) open: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct BeadsFile {
+    pub(crate) container: String,
+    pub(crate) count: usize,
+    pub(crate) radius: f64,
+    pub(crate) density: f64,
+    pub(crate) friction: f64,
+    pub(crate) angular_damping: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ObjectFile {
+    pub(crate) name: String,
+    pub(crate) shape: ShapeFile,
+    #[serde(default)]
+    pub(crate) fixed: bool,
+    pub(crate) color: Option<[u8; 3]>,
+    pub(crate) start: StartFile,
+}
+
+/// Where an object starts: a region of the table, or of another object's frame.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct StartFile {
+    pub(crate) on: Option<String>,
+    pub(crate) x: [f64; 2],
+    pub(crate) y: [f64; 2],
+    #[serde(default)]
+    pub(crate) z: f64,
+    #[serde(default)]
+    pub(crate) yaw: [f64; 2],
+    pub(crate) apart: Option<f64>,
+}
+
+/// The kinds of objects, with their dimensions.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub(crate) enum ShapeFile {
+    Block {
+        half: [f64; 3],
+        density: f64,
+        friction: f64,
+    },
+    Cylinder {
+        radius: f64,
+        height: f64,
+        density: f64,
+        friction: f64,
+    },
+    Ball {
+        radius: f64,
+        density: f64,
+        friction: f64,
+    },
+    Cup {
+        inner_radius: f64,
+        height: f64,
+        wall: f64,
+        #[serde(default)]
+        flare: f64,
+        density: f64,
+        friction: f64,
+        sides: u32,
+        handle: Option<HandleFile>,
+    },
+    Bin {
+        inner: [f64; 2],
+        height: f64,
+        wall: f64,
+        density: f64,
+        friction: f64,
+    },
+    Lid {
+        flange_radius: f64,
+        flange_thickness: f64,
+        plug_radius: f64,
+        plug_depth: f64,
+        knob: [f64; 3],
+        density: f64,
+        friction: f64,
+    },
+    Cover {
+        half: [f64; 2],
+        thickness: f64,
+        knob: [f64; 3],
+        density: f64,
+        friction: f64,
+    },
+    Mat {
+        half: [f64; 2],
+    },
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct HandleFile {
+    pub(crate) center: [f64; 3],
+    pub(crate) half: [f64; 3],
+    pub(crate) struts: Vec<f64>,
+    pub(crate) strut_half: [f64; 2],
+    pub(crate) density: f64,
+    pub(crate) friction: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct MagnetFile {
+    pub(crate) a: String,
+    pub(crate) b: String,
+    pub(crate) seat: [f64; 3],
+    pub(crate) force: f64,
+    pub(crate) range: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SkillFile {
+    pub(crate) name: String,
+    pub(crate) reference: String,
+    pub(crate) when: String,
+    pub(crate) until: String,
+    /// The point of the hand, in the frame of the TCP, that the keyframes' positions speak of: the lip of a held pitcher.
+    #[serde(default)]
+    pub(crate) tool: [f64; 3],
+    pub(crate) keyframes: Vec<KeyframeFile>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct KeyframeFile {
+    pub(crate) at: [f64; 3],
+    /// Roll, pitch, yaw: turned about x, then y, then z of the reference frame.
+    #[serde(default)]
+    pub(crate) rpy: [f64; 3],
+    pub(crate) open: Option<f64>,
+    pub(crate) close: Option<f64>,
+    #[serde(default)]
+    pub(crate) hold: f64,
+    #[serde(default)]
+    pub(crate) contact: bool,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct EventFile {
+    pub(crate) name: String,
+    pub(crate) after: AfterFile,
+    pub(crate) push: String,
+    pub(crate) by: [f64; 3],
+    pub(crate) seconds: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct AfterFile {
+    pub(crate) reference: String,
+    pub(crate) keyframe: usize,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct InterventionFile {
+    pub(crate) name: String,
+    pub(crate) moment: Moment,
+    pub(crate) reference: Option<String>,
+    pub(crate) when: String,
+}

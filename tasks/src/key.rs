@@ -1,0 +1,174 @@
+//! Where in a file a value stands: paths of keys, and the lines they are on.
+
+use std::fmt;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::error::TaskError;
+
+/// One step of a path of keys.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Step {
+    Field(String),
+    Index(usize),
+}
+
+/// A path of keys from the root of a file to a value: `skill[2].keyframes[0].close`.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(crate) struct Key(Vec<Step>);
+
+impl Key {
+    /// The key `name` below this one.
+    pub(crate) fn field(&self, name: &str) -> Key {
+        self.with(Step::Field(name.to_owned()))
+    }
+
+    /// The element `index` of this one.
+    pub(crate) fn index(&self, index: usize) -> Key {
+        self.with(Step::Index(index))
+    }
+
+    fn with(&self, step: Step) -> Key {
+        let mut steps = self.0.clone();
+        steps.push(step);
+        Key(steps)
+    }
+}
+
+impl fmt::Display for Key {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.is_empty() {
+            return f.write_str("(the file)");
+        }
+        for (i, step) in self.0.iter().enumerate() {
+            match step {
+                Step::Field(name) if i == 0 => f.write_str(name)?,
+                Step::Field(name) => write!(f, ".{name}")?,
+                Step::Index(index) => write!(f, "[{index}]")?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A parsed file that knows the line of each of its keys.
+pub(crate) struct Document<'a> {
+    file: PathBuf,
+    text: &'a str,
+    tree: DeTable<'a>,
+}
+
+impl<'a> Document<'a> {
+    /// Reads the text as TOML; an error names file and line.
+    pub(crate) fn parse(text: &'a str, file: &Path) -> Result<Document<'a>, TaskError> {
+        match DeTable::parse(text) {
+            Ok(tree) => Ok(Document { file: file.to_owned(), text, tree: tree.into_inner() }),
+            Err(error) => {
+                // What could be read tells the key that is nearest to the mistake.
+                let (tree, _) = DeTable::parse_recoverable(text);
+                let document = Document { file: file.to_owned(), text, tree: tree.into_inner() };
+                Err(document.serde_error(&error))
+            }
+        }
+    }
+
+    /// An error if a number of the file is infinite or not a number.
+    pub(crate) fn check_finite(&self) -> Result<(), TaskError> {
+        match odd_number_in_table(&self.tree, &Key::default()) {
+            Some((key, start, text)) => {
+                Err(self.error_at(start, key.to_string(), format!("`{text}`: expected a finite number")))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// An error at `key`, saying what was expected.
+    pub(crate) fn error(&self, key: &Key, expected: impl Into<String>) -> TaskError {
+        let span = self.span(key);
+        self.error_at(span.start, key.to_string(), expected.into())
+    }
+
+    /// The error of the deserializer, with the key that holds the place it points at.
+    pub(crate) fn serde_error(&self, error: &toml::de::Error) -> TaskError {
+        let start = error.span().map_or(0, |span| span.start);
+        let mut best = Key::default();
+        deepest_in_table(&self.tree, start, &Key::default(), &mut best);
+        self.error_at(start, best.to_string(), error.message().to_owned())
+    }
+
+    fn error_at(&self, start: usize, key: String, expected: String) -> TaskError {
+        let before = self.text.as_bytes().get(..start).unwrap_or_default();
+        let line = 1 + before.iter().filter(|&&byte| byte == b'\n').count();
+        TaskError::File { file: self.file.clone(), line, key, expected }
+    }
+
+    /// The span of the value at `key`, or of its nearest ancestor that is in the file.
+    fn span(&self, key: &Key) -> Range<usize> {
+        let mut span = 0..0;
+        let mut table = Some(&self.tree);
+        let mut value: Option<&Spanned<DeValue<'_>>> = None;
+        for step in &key.0 {
+            let next = match step {
+                Step::Field(name) => {
+                    let table = table.or_else(|| value.and_then(|v| v.get_ref().as_table()));
+                    table.and_then(|t| t.iter().find(|(k, _)| k.get_ref() == name.as_str())).map(|(k, v)| (k.span(), v))
+                }
+                Step::Index(i) => value
+                    .and_then(|v| v.get_ref().as_array())
+                    .and_then(|array| array.iter().nth(*i))
+                    .map(|v| (v.span(), v)),
+            };
+            let Some((found, child)) = next else { break };
+            span = found;
+            value = Some(child);
+            table = None;
+        }
+        span
+    }
+}
+
+/// The key of the smallest entry around `place`.
+fn deepest_in_table(table: &DeTable<'_>, place: usize, path: &Key, best: &mut Key) {
+    for (key, value) in table {
+        let path = path.field(key.get_ref());
+        if key.span().contains(&place) {
+            best.clone_from(&path);
+        }
+        deepest_in_value(value, place, &path, best);
+    }
+}
+
+fn deepest_in_value(value: &Spanned<DeValue<'_>>, place: usize, path: &Key, best: &mut Key) {
+    if value.span().contains(&place) && path.0.len() > best.0.len() {
+        best.clone_from(path);
+    }
+    match value.get_ref() {
+        DeValue::Table(table) => deepest_in_table(table, place, path, best),
+        DeValue::Array(array) => {
+            for (i, element) in array.iter().enumerate() {
+                deepest_in_value(element, place, &path.index(i), best);
+            }
+        }
+        _ => {}
+    }
+}
+
+/// The first number that is not finite: its key, where it is, how it is written.
+fn odd_number_in_table(table: &DeTable<'_>, path: &Key) -> Option<(Key, usize, String)> {
+    table.iter().find_map(|(key, value)| odd_number(value, &path.field(key.get_ref())))
+}
+
+fn odd_number(value: &Spanned<DeValue<'_>>, path: &Key) -> Option<(Key, usize, String)> {
+    match value.get_ref() {
+        DeValue::Float(float) => {
+            let finite = float.as_str().parse().is_ok_and(f64::is_finite);
+            (!finite).then(|| (path.clone(), value.span().start, float.as_str().to_owned()))
+        }
+        DeValue::Table(table) => odd_number_in_table(table, path),
+        DeValue::Array(array) => array.iter().enumerate().find_map(|(i, element)| odd_number(element, &path.index(i))),
+        _ => None,
+    }
+}

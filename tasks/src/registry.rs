@@ -1,0 +1,81 @@
+//! The tasks that are known by name.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use crate::error::TaskError;
+use crate::task::Task;
+
+/// The task files that are part of this crate.
+const LIBRARY: [(&str, &str); 2] = [
+    ("tasks/library/pour.toml", include_str!("../library/pour.toml")),
+    ("tasks/library/sort_blocks.toml", include_str!("../library/sort_blocks.toml")),
+];
+
+/// The tasks that are known by name, in the order of their names.
+#[derive(Debug, Clone, Default)]
+pub struct Registry {
+    tasks: BTreeMap<String, Task>,
+}
+
+impl Registry {
+    /// The tasks of this crate.
+    ///
+    /// # Errors
+    /// None unless a file of the library is wrong, which a test excludes.
+    pub fn builtin() -> Result<Registry, TaskError> {
+        let mut registry = Registry::default();
+        for (file, text) in LIBRARY {
+            let task = Task::parse(text, Path::new(file))?;
+            registry.add(task, Path::new(file))?;
+        }
+        Ok(registry)
+    }
+
+    /// The same with all files `*.toml` of a folder, in the order of their names.
+    ///
+    /// # Errors
+    /// The folder or a file cannot be read, a file is wrong, or a task of that name exists already.
+    pub fn with_dir(mut self, folder: &Path) -> Result<Registry, TaskError> {
+        let fail = |source| TaskError::Read { path: folder.to_owned(), source };
+        let entries: Result<Vec<PathBuf>, std::io::Error> =
+            std::fs::read_dir(folder).map_err(fail)?.map(|entry| entry.map(|e| e.path())).collect();
+        let mut files = entries.map_err(fail)?;
+        files.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
+        files.sort();
+        for file in files {
+            self.add(Task::load(&file)?, &file)?;
+        }
+        Ok(self)
+    }
+
+    fn add(&mut self, task: Task, file: &Path) -> Result<(), TaskError> {
+        let name = task.name().to_owned();
+        if self.tasks.contains_key(&name) {
+            return Err(TaskError::DuplicateTask { file: file.to_owned(), name });
+        }
+        self.tasks.insert(name, task);
+        Ok(())
+    }
+
+    /// The names of the tasks, sorted.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.tasks.keys().map(String::as_str)
+    }
+
+    /// The tasks, in the order of their names.
+    pub fn tasks(&self) -> impl Iterator<Item = &Task> {
+        self.tasks.values()
+    }
+
+    /// The task of this name.
+    ///
+    /// # Errors
+    /// [`TaskError::UnknownTask`], which lists the known names.
+    pub fn get(&self, name: &str) -> Result<&Task, TaskError> {
+        self.tasks.get(name).ok_or_else(|| TaskError::UnknownTask {
+            name: name.to_owned(),
+            known: self.names().collect::<Vec<_>>().join(", "),
+        })
+    }
+}

@@ -1,0 +1,108 @@
+//! Scripts: the competent teacher's program run to its end, and the original program run without looking.
+
+use situ_sim::{MotionEnd, World};
+
+use crate::episode::Episode;
+use crate::skill::Skill;
+
+/// No script runs more skills than this; a program that does not get on is stopped here if the time limit does not stop it.
+const MAX_SKILLS: usize = 64;
+
+/// How a script ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// The goal holds.
+    Succeeded,
+    /// No skill may run, and the goal does not hold.
+    NoSkill,
+    /// The time limit passed, or far too many skills ran.
+    OutOfTime,
+    /// The physics' numbers are no longer sound.
+    Spoilt,
+}
+
+/// What a script did.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record {
+    /// How it ended.
+    pub ending: Ending,
+    /// The skills that ran, in order.
+    pub skills: Vec<String>,
+    /// Keyframes that were performed.
+    pub keyframes: usize,
+    /// Motions that the guard stopped.
+    pub guarded: usize,
+    /// Motions that were aborted, each of which ended its skill.
+    pub aborted: usize,
+}
+
+impl Record {
+    fn new() -> Record {
+        Record { ending: Ending::NoSkill, skills: Vec::new(), keyframes: 0, guarded: 0, aborted: 0 }
+    }
+}
+
+/// Runs the competent teacher's program: again and again the first skill that may run, until the goal holds.
+pub fn competent(episode: &mut Episode, observer: &mut dyn FnMut(&World)) -> Record {
+    let mut record = Record::new();
+    loop {
+        if let Some(ending) = ending(episode) {
+            record.ending = ending;
+            return record;
+        }
+        let Some(skill) = episode.next_skill().cloned() else {
+            record.ending = Ending::NoSkill;
+            return record;
+        };
+        if record.skills.len() >= MAX_SKILLS {
+            record.ending = Ending::OutOfTime;
+            return record;
+        }
+        perform_skill(episode, &skill, &mut record, observer);
+    }
+}
+
+/// Runs the original program without looking: each skill once, in the order of the file, as a task model without the needed edit would.
+pub fn original(episode: &mut Episode, observer: &mut dyn FnMut(&World)) -> Record {
+    let mut record = Record::new();
+    for skill in episode.setting().original_skills.clone() {
+        if let Some(ending) = ending(episode) {
+            record.ending = ending;
+            return record;
+        }
+        perform_skill(episode, &skill, &mut record, observer);
+    }
+    record.ending = ending(episode).unwrap_or(Ending::NoSkill);
+    record
+}
+
+/// Performs a skill: freezes the frame of its reference object, then goes through its keyframes.
+fn perform_skill(episode: &mut Episode, skill: &Skill, record: &mut Record, observer: &mut dyn FnMut(&World)) {
+    record.skills.push(skill.name.clone());
+    let Some(frame) = episode.reference_pose(&skill.reference) else { return };
+    for (index, keyframe) in skill.keyframes.iter().enumerate() {
+        record.keyframes += 1;
+        match episode.perform(&(frame * keyframe.pose), keyframe.gripper, keyframe.hold, observer) {
+            MotionEnd::Reached => {}
+            MotionEnd::Guarded { .. } => record.guarded += 1,
+            MotionEnd::Aborted { .. } => {
+                record.aborted += 1;
+                return;
+            }
+        }
+        episode.reached_keyframe(&skill.reference, index);
+    }
+}
+
+/// Whether there is nothing more to do.
+fn ending(episode: &Episode) -> Option<Ending> {
+    if !episode.is_sound() {
+        Some(Ending::Spoilt)
+    } else if episode.succeeded() {
+        Some(Ending::Succeeded)
+    } else if episode.finished_out_of_time() {
+        Some(Ending::OutOfTime)
+    } else {
+        None
+    }
+}

@@ -1,0 +1,108 @@
+//! The start of an episode: random places, the same for the same seed and name whatever else stands on the table.
+
+use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use situ_sim::{Pose, World, pose_at, rotation_about};
+
+use crate::error::TaskError;
+use crate::setting::{Placed, Setting};
+
+/// How often a place is drawn anew before the region counts as full.
+const TRIES: usize = 1000;
+/// How long things are left to come to rest before an episode begins, in seconds.
+const SETTLE: f64 = 0.5;
+
+/// Builds the world of an episode and lets it settle.
+///
+/// Each object has its own stream of random numbers, by its name: an object that a variation adds moves none of the others.
+/// What stands on the container that is filled is put there after the beads.
+pub(crate) fn world(setting: &Setting, seed: u64) -> Result<World, TaskError> {
+    let refused = |source| TaskError::World { task: setting.label(), source };
+    let mut world = World::new();
+    world.place_gripper(pose_at(setting.hand.at, Default::default()), setting.hand.open);
+    let filled = setting.beads.as_ref().map(|(container, _)| container);
+    let is_late = |placed: &&Placed| placed.start.on.is_some() && placed.start.on.as_ref() == filled;
+    for placed in setting.objects.iter().filter(|placed| !is_late(placed)) {
+        let pose = place(setting, placed, seed, &world)?;
+        world.add(placed.body.clone(), pose).map_err(refused)?;
+    }
+    if let Some((container, beads)) = &setting.beads {
+        world.fill(container, beads).map_err(refused)?;
+    }
+    for placed in setting.objects.iter().filter(is_late) {
+        let pose = place(setting, placed, seed, &world)?;
+        world.add(placed.body.clone(), pose).map_err(refused)?;
+    }
+    for magnet in &setting.magnets {
+        world.magnet(magnet.clone()).map_err(refused)?;
+    }
+    world.settle(SETTLE);
+    if setting.holds(&setting.premise, &world) {
+        Ok(world)
+    } else {
+        Err(TaskError::Premise { task: setting.label(), seed, condition: setting.premise.to_string() })
+    }
+}
+
+/// A random pose in the object's region, far enough from what is there already.
+fn place(setting: &Setting, placed: &Placed, seed: u64, world: &World) -> Result<Pose, TaskError> {
+    let (name, start) = (&placed.body.name, &placed.start);
+    let mut stream = stream(seed, name);
+    for _ in 0..TRIES {
+        let [x, y, yaw] = [start.x, start.y, start.yaw].map(|[low, high]| stream.random_range(low..=high));
+        let local = pose_at([x, y, start.z], rotation_about([0.0, 0.0, 1.0], yaw));
+        let pose = match start.on.as_ref().and_then(|on| world.pose(on)) {
+            Some(frame) => frame * local,
+            None => local,
+        };
+        let far = |apart: f64| {
+            let others = world.objects().filter_map(|other| world.pose(other));
+            others.map(|other| (other.translation.vector - pose.translation.vector).xy().norm()).all(|d| d >= apart)
+        };
+        if start.apart.is_none_or(far) {
+            return Ok(pose);
+        }
+    }
+    Err(TaskError::Crowded { task: setting.label(), seed, object: name.clone(), tries: TRIES })
+}
+
+/// The stream of random numbers of a seed and a name (hashed as FNV-1a, 64 bit).
+fn stream(seed: u64, name: &str) -> ChaCha8Rng {
+    const OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
+    const PRIME: u64 = 0x0100_0000_01b3;
+    let hash = name.bytes().fold(OFFSET, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(PRIME));
+    let mut key = [0; 32];
+    key[..8].copy_from_slice(&seed.to_le_bytes());
+    key[8..16].copy_from_slice(&hash.to_le_bytes());
+    ChaCha8Rng::from_seed(key)
+}
+
+/// A pose with its z axis made vertical: the position, and the heading of the x axis (or of the y axis, where x points up or down).
+///
+/// Keyframes are relative to it, so a block that lies on another face is picked like any other.
+pub(crate) fn level(pose: &Pose) -> Pose {
+    /// Below this length in the plane an axis has no heading to speak of: it is steeper than 60°.
+    const LEAST: f64 = 0.5;
+    let x = (pose.rotation * Vector3::x()).xy();
+    let y = (pose.rotation * Vector3::y()).xy();
+    let yaw = if x.norm() >= LEAST { libm::atan2(x.y, x.x) } else { libm::atan2(-y.x, y.y) };
+    let mut level = pose_at([0.0; 3], rotation_about([0.0, 0.0, 1.0], yaw));
+    level.translation = pose.translation;
+    level
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_level_frame_keeps_position_and_heading() {
+        let upright = pose_at([0.1, 0.2, 0.3], rotation_about([0.0, 0.0, 1.0], 0.4));
+        assert!((level(&upright).to_homogeneous() - upright.to_homogeneous()).norm() < 1e-12);
+        let leaning = upright * rotation_about([0.0, 1.0, 0.0], 0.2);
+        assert!((level(&leaning).to_homogeneous() - upright.to_homogeneous()).norm() < 1e-12);
+        let on_its_side = upright * rotation_about([0.0, 1.0, 0.0], std::f64::consts::FRAC_PI_2);
+        assert!((level(&on_its_side).to_homogeneous() - upright.to_homogeneous()).norm() < 1e-12);
+    }
+}

@@ -1,0 +1,93 @@
+//! A task family: the original and its variations, read from one file.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::builder::Builder;
+use crate::error::TaskError;
+use crate::feature::Schema;
+use crate::file::TaskFile;
+use crate::key::Document;
+use crate::setting::Setting;
+
+/// A task family, checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Task {
+    name: String,
+    analysis: String,
+    schema: Schema,
+    original: Arc<Setting>,
+    variations: Vec<Arc<Setting>>,
+}
+
+impl Task {
+    /// Reads a task from the text of its file. `file` is for messages only.
+    ///
+    /// # Errors
+    /// [`TaskError::File`] with line, key and what was expected: the text is no TOML, a key is missing, unknown or of the wrong type, a name is
+    /// unknown or given twice, a number is not finite or out of range, or a variation does not change what its edit says.
+    pub fn parse(text: &str, file: &Path) -> Result<Task, TaskError> {
+        let document = Document::parse(text, file)?;
+        document.check_finite()?;
+        let content: TaskFile = toml::from_str(text).map_err(|error| document.serde_error(&error))?;
+        let builder = Builder { document: &document, file: &content };
+        builder.check_names()?;
+        let schema = builder.schema()?;
+        let original = Arc::new(builder.setting(&schema, None)?);
+        let variations: Result<Vec<_>, _> =
+            (0..content.variation.len()).map(|i| builder.setting(&schema, Some(i)).map(Arc::new)).collect();
+        let analysis = content.analysis.trim().to_owned();
+        Ok(Task { name: content.name, analysis, schema, original, variations: variations? })
+    }
+
+    /// Reads a task file.
+    ///
+    /// # Errors
+    /// The file cannot be read, or as for [`Task::parse`].
+    pub fn load(path: &Path) -> Result<Task, TaskError> {
+        let text = std::fs::read_to_string(path).map_err(|source| TaskError::Read { path: path.to_owned(), source })?;
+        Task::parse(&text, path)
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What the task is about, in prose.
+    pub fn analysis(&self) -> &str {
+        &self.analysis
+    }
+
+    /// The observed state, the same for the original and all variations.
+    pub fn schema(&self) -> &Schema {
+        &self.schema
+    }
+
+    /// The names of the variations, in the order of the file.
+    pub fn variations(&self) -> impl Iterator<Item = &str> {
+        self.variations.iter().filter_map(|setting| setting.variation.as_deref())
+    }
+
+    /// All settings: the original, then the variations in the order of the file.
+    pub fn settings(&self) -> impl Iterator<Item = &Arc<Setting>> {
+        std::iter::once(&self.original).chain(&self.variations)
+    }
+
+    /// The task with a variation applied, or the original.
+    ///
+    /// # Errors
+    /// [`TaskError::UnknownVariation`].
+    pub fn variation(&self, name: Option<&str>) -> Result<Arc<Setting>, TaskError> {
+        let found = self.settings().find(|setting| setting.variation.as_deref() == name);
+        found.cloned().ok_or_else(|| TaskError::UnknownVariation {
+            task: self.name.clone(),
+            name: name.unwrap_or_default().to_owned(),
+            known: if self.variations.is_empty() {
+                "none".to_owned()
+            } else {
+                self.variations().collect::<Vec<_>>().join(", ")
+            },
+        })
+    }
+}
