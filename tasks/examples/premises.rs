@@ -1,4 +1,5 @@
-//! Prints, for every task and variation, how often the competent script and the original script succeed.
+//! Prints, for every task and variation, how often the competent script, the original script, and the original script
+//! corrected by the competent one from where a watching teacher stops it, succeed.
 //!
 //! `cargo run --release -p situ-tasks --example premises -- [SEEDS] [FILTER]`
 
@@ -20,9 +21,23 @@ fn main() -> Result<(), Box<dyn Error>> {
         for setting in task.settings().filter(|setting| setting.label().contains(&filter)) {
             report(setting, "competent", seeds, script::competent)?;
             report(setting, "original", seeds, script::original)?;
+            report(setting, "corrected", seeds, corrected)?;
         }
     }
     Ok(())
+}
+
+/// The original script until a watching teacher stops it, then the competent one from there.
+fn corrected(episode: &mut Episode, observer: &mut dyn FnMut(&situ_sim::World)) -> Record {
+    let first = script::watched(episode, observer);
+    if first.ending != Ending::Stopped {
+        return first;
+    }
+    let mut second = script::competent(episode, observer);
+    second.keyframes += first.keyframes;
+    second.guarded += first.guarded;
+    second.aborted += first.aborted;
+    second
 }
 
 /// One line: means over the seeds.

@@ -15,9 +15,10 @@ use crate::predicate::{GRIPPER, Predicate, Role};
 use crate::setting::{Edit, Event, HandStart, Intervention, Placed, Setting, Start};
 use crate::shape::{self, Sizes};
 use crate::skill::{Keyframe, Skill};
+use crate::start::BORDER;
 
 /// Names that mean something else where objects and skills are named.
-const RESERVED: [&str; 5] = [GRIPPER, "table", "hand", "start", "end"];
+const RESERVED: [&str; 6] = [GRIPPER, "table", "hand", BORDER, "start", "end"];
 
 /// Builds the settings of one file.
 pub(crate) struct Builder<'a> {

@@ -116,10 +116,9 @@ impl<'a> Document<'a> {
                     let table = table.or_else(|| value.and_then(|v| v.get_ref().as_table()));
                     table.and_then(|t| t.iter().find(|(k, _)| k.get_ref() == name.as_str())).map(|(k, v)| (k.span(), v))
                 }
-                Step::Index(i) => value
-                    .and_then(|v| v.get_ref().as_array())
-                    .and_then(|array| array.iter().nth(*i))
-                    .map(|v| (v.span(), v)),
+                Step::Index(i) => {
+                    value.and_then(|v| v.get_ref().as_array()).and_then(|array| array.get(*i)).map(|v| (v.span(), v))
+                }
             };
             let Some((found, child)) = next else { break };
             span = found;

@@ -1,8 +1,9 @@
-//! Scripts: the competent teacher's program run to its end, and the original program run without looking.
+//! Scripts: the competent teacher's program run to its end, and the original program run without looking, or under a teacher's eyes.
 
 use situ_sim::{MotionEnd, World};
 
 use crate::episode::Episode;
+use crate::setting::Moment;
 use crate::skill::Skill;
 
 /// No script runs more skills than this; a program that does not get on is stopped here if the time limit does not stop it.
@@ -17,6 +18,8 @@ pub enum Ending {
     NoSkill,
     /// The time limit passed, or far too many skills ran.
     OutOfTime,
+    /// A watching teacher stopped it.
+    Stopped,
     /// The physics' numbers are no longer sound.
     Spoilt,
 }
@@ -58,40 +61,73 @@ pub fn competent(episode: &mut Episode, observer: &mut dyn FnMut(&World)) -> Rec
             record.ending = Ending::OutOfTime;
             return record;
         }
-        perform_skill(episode, &skill, &mut record, observer);
+        perform_skill(episode, &skill, &mut record, &mut |_, _| false, observer);
     }
 }
 
 /// Runs the original program without looking: each skill once, in the order of the file, as a task model without the needed edit would.
 pub fn original(episode: &mut Episode, observer: &mut dyn FnMut(&World)) -> Record {
+    once(episode, &mut |_, _, _| false, observer)
+}
+
+/// Runs the original program as [`original`] does, under the eyes of a teacher who stops it ([`Ending::Stopped`]) at the first of the setting's
+/// interventions. The episode is left as it is at that moment.
+pub fn watched(episode: &mut Episode, observer: &mut dyn FnMut(&World)) -> Record {
+    once(episode, &mut |episode, moment, reference| episode.intervention(moment, reference).is_some(), observer)
+}
+
+/// Each of the original skills once, until `stops` says so.
+fn once(
+    episode: &mut Episode,
+    stops: &mut dyn FnMut(&Episode, Moment, &str) -> bool,
+    observer: &mut dyn FnMut(&World),
+) -> Record {
     let mut record = Record::new();
     for skill in episode.setting().original_skills.clone() {
         if let Some(ending) = ending(episode) {
             record.ending = ending;
             return record;
         }
-        perform_skill(episode, &skill, &mut record, observer);
+        let mut stops_here = |episode: &Episode, moment| stops(episode, moment, &skill.reference);
+        if perform_skill(episode, &skill, &mut record, &mut stops_here, observer) {
+            record.ending = Ending::Stopped;
+            return record;
+        }
     }
     record.ending = ending(episode).unwrap_or(Ending::NoSkill);
     record
 }
 
-/// Performs a skill: freezes the frame of its reference object, then goes through its keyframes.
-fn perform_skill(episode: &mut Episode, skill: &Skill, record: &mut Record, observer: &mut dyn FnMut(&World)) {
+/// Performs a skill: freezes the frame of its reference object, then goes through its keyframes. True if `stops` said so on the way.
+fn perform_skill(
+    episode: &mut Episode,
+    skill: &Skill,
+    record: &mut Record,
+    stops: &mut dyn FnMut(&Episode, Moment) -> bool,
+    observer: &mut dyn FnMut(&World),
+) -> bool {
+    if stops(episode, Moment::Before) {
+        return true;
+    }
     record.skills.push(skill.name.clone());
-    let Some(frame) = episode.reference_pose(&skill.reference) else { return };
+    let Some(frame) = episode.reference_pose(&skill.reference) else { return false };
     for (index, keyframe) in skill.keyframes.iter().enumerate() {
         record.keyframes += 1;
-        match episode.perform(&(frame * keyframe.pose), keyframe.gripper, keyframe.hold, observer) {
+        let end = episode.perform(&(frame * keyframe.pose), keyframe.gripper, keyframe.hold, observer);
+        match end {
             MotionEnd::Reached => {}
             MotionEnd::Guarded { .. } => record.guarded += 1,
-            MotionEnd::Aborted { .. } => {
-                record.aborted += 1;
-                return;
-            }
+            MotionEnd::Aborted { .. } => record.aborted += 1,
+        }
+        if end != MotionEnd::Reached && stops(episode, Moment::Guard) {
+            return true;
+        }
+        if matches!(end, MotionEnd::Aborted { .. }) {
+            break;
         }
         episode.reached_keyframe(&skill.reference, index);
     }
+    stops(episode, Moment::After)
 }
 
 /// Whether there is nothing more to do.

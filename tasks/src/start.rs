@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use situ_sim::{Pose, World, pose_at, rotation_about};
+use situ_sim::{Motion, Object, Part, Pose, Shape, World, pose_at, rotation_about};
 
 use crate::error::TaskError;
 use crate::setting::{Placed, Setting};
@@ -12,6 +12,27 @@ use crate::setting::{Placed, Setting};
 const TRIES: usize = 1000;
 /// How long things are left to come to rest before an episode begins, in seconds.
 const SETTLE: f64 = 0.5;
+
+/// The name of the border of the table.
+pub(crate) const BORDER: &str = "border";
+/// Distance of the border from the middle of the table, in metres: within the table's 1.5 m, out of the hand's way.
+const BORDER_AT: f64 = 0.9;
+/// Half of the border's height and thickness, in metres: more than any bead's radius.
+const BORDER_HALF: f64 = 0.02;
+
+/// A low wall all round. A spilled bead that rolled over the edge would fall for ever, and spoil the run as if the physics had failed.
+fn border() -> Object {
+    let wall = |half, x, y| Part::new(Shape::Cuboid { half }, Pose::translation(x, y, BORDER_HALF), 1000.0, 0.6);
+    let along = [BORDER_AT + BORDER_HALF, BORDER_HALF, BORDER_HALF];
+    let across = [BORDER_HALF, BORDER_AT + BORDER_HALF, BORDER_HALF];
+    let parts = vec![
+        wall(along, 0.0, BORDER_AT),
+        wall(along, 0.0, -BORDER_AT),
+        wall(across, BORDER_AT, 0.0),
+        wall(across, -BORDER_AT, 0.0),
+    ];
+    Object { name: BORDER.to_owned(), motion: Motion::Fixed, parts, color: [150, 120, 90], container: None }
+}
 
 /// Builds the world of an episode and lets it settle.
 ///
@@ -23,6 +44,7 @@ pub(crate) fn world(setting: &Setting, seed: u64) -> Result<World, TaskError> {
     world.place_gripper(pose_at(setting.hand.at, Default::default()), setting.hand.open);
     let filled = setting.beads.as_ref().map(|(container, _)| container);
     let is_late = |placed: &&Placed| placed.start.on.is_some() && placed.start.on.as_ref() == filled;
+    world.add(border(), Pose::identity()).map_err(refused)?;
     for placed in setting.objects.iter().filter(|placed| !is_late(placed)) {
         let pose = place(setting, placed, seed, &world)?;
         world.add(placed.body.clone(), pose).map_err(refused)?;
@@ -57,7 +79,7 @@ fn place(setting: &Setting, placed: &Placed, seed: u64, world: &World) -> Result
             None => local,
         };
         let far = |apart: f64| {
-            let others = world.objects().filter_map(|other| world.pose(other));
+            let others = world.objects().filter(|&other| other != BORDER).filter_map(|other| world.pose(other));
             others.map(|other| (other.translation.vector - pose.translation.vector).xy().norm()).all(|d| d >= apart)
         };
         if start.apart.is_none_or(far) {
