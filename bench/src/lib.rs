@@ -1,1 +1,12 @@
 //! The harness.
+pub mod error;
+pub mod ledger;
+pub mod record;
+pub mod stats;
+pub mod tables;
+pub mod cost;
+pub mod cmd;
+pub mod demonstration_file;
+pub mod files;
+mod json_lines;
+pub mod synthetic;

@@ -1,2 +1,61 @@
-//! `situ-bench`.
-fn main() {}
+//! `situ-bench`: the benchmark of learning from corrective demonstrations. One verb each; every verb explains itself with
+//! `--help`.
+//!
+//! Exit status: 0; 1 where the machine failed (a disk, say); 2 where the input was bad, and then nothing is half-written.
+
+use std::io::{self, ErrorKind, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use situ_bench::cmd::{learn::Learn, list::List, tables::Tables};
+use situ_bench::error::BenchError;
+
+/// The benchmark of learning from corrective demonstrations: task models as automata of primitives, and what it takes and
+/// costs to correct them.
+#[derive(Parser)]
+#[command(
+    name = "situ-bench",
+    version,
+    arg_required_else_help = true,
+    after_help = "Examples:\n  situ-bench list methods\n  situ-bench tables quick.jsonl --out tables\n  situ-bench learn original.json --correct correction.json --dot model.dot\n\nExit status: 0; 1 where the machine failed; 2 where the input was bad."
+)]
+struct Arguments {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    List(List),
+    Tables(Tables),
+    Learn(Learn),
+}
+
+fn main() -> ExitCode {
+    let result = match Arguments::parse().verb {
+        Verb::List(list) => print(&list.run()),
+        Verb::Tables(tables) => tables.run().and_then(|printed| {
+            printed.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+            print(&printed.text)
+        }),
+        Verb::Learn(learn) => learn.run().and_then(|text| print(&text)),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(error.exit_status())
+        }
+    }
+}
+
+/// Prints to standard output. A reader who has seen enough and closed the pipe is no failure.
+fn print(text: &str) -> Result<(), BenchError> {
+    match io::stdout().write_all(text.as_bytes()) {
+        Err(source) if source.kind() != ErrorKind::BrokenPipe => {
+            Err(BenchError::Write { path: PathBuf::from("standard output"), source })
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,310 @@
+//! `learn`: a task model from demonstration files alone, without physics.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use serde::Serialize;
+use situ::demonstration::Kind;
+use situ::edit::{self, Difference};
+use situ::method::{self, Learned, Method};
+use situ::place::{Place, SegmentId};
+use situ::trace::{Counters, Trace};
+
+use crate::demonstration_file::{DemonstrationFile, check_together};
+use crate::error::BenchError;
+use crate::files;
+use crate::record::count;
+
+/// The end of the long help: the file format in short.
+const FORMAT: &str = r#"A demonstration is one JSON file:
+
+  {"name": "tea-1",
+   "kind": "original",              or "corrective"
+   "schema": [                      the features of a state
+     {"name": "cup_x", "scale": 0.2}, …],   scale: a difference that matters
+   "after": null,                   what ran last: null is START; or the node
+                                    that holds a segment of an earlier one:
+                                    {"demonstration": "tea-1", "segment": 0}
+   "carried_to_end": true,          whether the task was over at the end
+   "keyframes": [{
+     "reference": "cup",            the object that the keyframe is about
+     "reference_pose": {"position": [x, y, z], "quaternion": [w, x, y, z]},
+     "gripper_pose": {"position": [x, y, z], "quaternion": [w, x, y, z]},
+     "gripper": 0.7,                opening from 0 to 1; or {"open": metres}
+                                    or {"close": newtons}
+     "hold": 0.5,                   seconds of rest; may be left out
+     "state": [numbers]}, …],       the world before the motion to it
+   "final_state": [numbers]}        the world after the last keyframe
+
+Poses are in the world frame, in metres. Consecutive keyframes about one object
+are a segment; of its reference poses the first counts. All files of one call
+share one schema. Nothing is written where a file has a mistake.
+
+Examples:
+  situ-bench learn tea-1.json tea-2.json --dot tea.dot
+  situ-bench learn tea-1.json tea-2.json --correct lid.json --trace lid.csv
+  situ-bench learn tea-1.json --method rebuild --out tea.model.json"#;
+
+/// Builds a task model from demonstration files alone, no physics.
+#[derive(Args, Clone, Debug)]
+#[command(after_long_help = FORMAT)]
+pub struct Learn {
+    /// Original demonstrations: the task from its start.
+    #[arg(required = true, value_name = "ORIGINAL.json")]
+    pub originals: Vec<PathBuf>,
+    /// Corrective demonstrations, folded in one after another.
+    #[arg(long, value_name = "CORRECTION.json", num_args = 1..)]
+    pub correct: Vec<PathBuf>,
+    /// The method that keeps the task model up to date: see `situ-bench list methods`.
+    #[arg(long, default_value = "situ")]
+    pub method: String,
+    /// Root seed, written into the model; no method draws at random while it learns.
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// Writes the whole model here, as JSON.
+    #[arg(long, value_name = "MODEL.json")]
+    pub out: Option<PathBuf>,
+    /// Writes the automaton here, for Graphviz: a node for each primitive, besides START and END.
+    #[arg(long, value_name = "FILE")]
+    pub dot: Option<PathBuf>,
+    /// Writes what each update did here, a line a step.
+    #[arg(long, value_name = "FILE.csv")]
+    pub trace: Option<PathBuf>,
+}
+
+/// What one correction did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Corrected {
+    /// The corrective demonstration's name.
+    pub name: String,
+    /// How the model changed.
+    pub difference: Difference,
+    /// What the update did.
+    pub trace: Trace,
+}
+
+/// A task model learned from files.
+pub struct Lesson {
+    /// The model.
+    pub learned: Box<dyn Learned>,
+    /// The corrections in order.
+    pub corrections: Vec<Corrected>,
+}
+
+/// Teaches a method the originals, then folds the corrections in.
+///
+/// # Errors
+/// [`BenchError::Demonstration`] where the files do not go together; [`BenchError::Learn`].
+pub fn learn(
+    method: &dyn Method,
+    originals: &[DemonstrationFile],
+    corrections: &[DemonstrationFile],
+) -> Result<Lesson, BenchError> {
+    for (files, kind, word) in [(originals, Kind::Original, "original"), (corrections, Kind::Corrective, "corrective")]
+    {
+        if let Some(file) = files.iter().find(|file| file.demonstration.kind() != kind) {
+            return Err(file
+                .refuse("kind", format!("expected \"{word}\" here: corrections follow --correct, originals do not")));
+        }
+    }
+    let files: Vec<DemonstrationFile> = originals.iter().chain(corrections).cloned().collect();
+    check_together(&files)?;
+    let Some(first) = originals.first() else {
+        return Err(BenchError::Argument("no original demonstration: expected at least one".to_owned()));
+    };
+    let refuse = |file: &DemonstrationFile, source| BenchError::Learn { path: file.path().to_owned(), source };
+    let demonstrations: Vec<_> = originals.iter().map(|file| file.demonstration.clone()).collect();
+    let mut learned = method.teach(&first.schema, &demonstrations).map_err(|source| refuse(first, source))?;
+    let mut corrected = Vec::with_capacity(corrections.len());
+    let mut before = learned.graph();
+    for file in corrections {
+        let last = match &file.after {
+            None => Place::Start,
+            Some(after) => {
+                let demonstration = files.iter().position(|other| **other.demonstration.name() == *after.demonstration);
+                let segment =
+                    SegmentId { demonstration: count(demonstration.unwrap_or_default()), index: after.segment };
+                match before.holders().get(&segment) {
+                    Some(node) => Place::Node(node.id),
+                    None => {
+                        let problem = format!("`{}` keeps no node that holds this segment", method.name());
+                        return Err(file.refuse("after.segment", problem));
+                    }
+                }
+            }
+        };
+        let trace = learned.correct(last, &file.demonstration).map_err(|source| refuse(file, source))?;
+        let after = learned.graph();
+        let difference = edit::difference(&before, &after);
+        corrected.push(Corrected { name: file.demonstration.name().to_string(), difference, trace });
+        before = after;
+    }
+    Ok(Lesson { learned, corrections: corrected })
+}
+
+impl Learn {
+    /// Learns, writes the files that were asked for, all or none, and returns what is to be printed.
+    ///
+    /// # Errors
+    /// Where a name or a file is wrong: nothing is written then. [`BenchError::Write`].
+    pub fn run(&self) -> Result<String, BenchError> {
+        let method = named(&self.method)?;
+        let read =
+            |paths: &[PathBuf]| paths.iter().map(|path| DemonstrationFile::read(path)).collect::<Result<Vec<_>, _>>();
+        let (originals, corrections) = (read(&self.originals)?, read(&self.correct)?);
+        let lesson = learn(&*method, &originals, &corrections)?;
+        let name = originals[0].demonstration.name();
+        let mut outputs = Vec::new();
+        if let Some(path) = &self.out {
+            outputs.push((path.clone(), self.model(&lesson)));
+        }
+        if let Some(path) = &self.dot {
+            let dot = lesson.learned.graph().to_dot(name);
+            outputs.push((path.clone(), format!("// Made by `{}`.\n{dot}", self.command())));
+        }
+        if let Some(path) = &self.trace {
+            outputs.push((path.clone(), trace_csv(&lesson.corrections)));
+        }
+        let inputs = || self.originals.iter().chain(&self.correct);
+        if let Some((path, _)) = outputs.iter().find(|(path, _)| inputs().any(|input| input == path)) {
+            return Err(BenchError::Argument(format!(
+                "{}: an input, expected another file to write to",
+                path.display()
+            )));
+        }
+        files::write_all(&outputs)?;
+        Ok(report(&*method, &lesson))
+    }
+
+    /// What the user typed, every option said.
+    fn command(&self) -> String {
+        let mut words = vec!["situ-bench learn".to_owned()];
+        words.extend(self.originals.iter().map(|path| path.display().to_string()));
+        words.extend(self.correct.iter().map(|path| format!("--correct {}", path.display())));
+        words.push(format!("--method {} --seed {}", self.method, self.seed));
+        words.join(" ")
+    }
+
+    fn model(&self, lesson: &Lesson) -> String {
+        let model = serde_json::json!({
+            "made_by": self.command(),
+            "method": self.method,
+            "seed": self.seed,
+            "model": lesson.learned.to_json(),
+        });
+        format!("{model:#}\n")
+    }
+}
+
+/// The method of this name.
+///
+/// # Errors
+/// [`BenchError::Unknown`], with the names there are.
+pub fn named(name: &str) -> Result<Box<dyn Method>, BenchError> {
+    method::named(name).ok_or_else(|| {
+        let known = method::all().iter().map(|method| method.name()).collect::<Vec<_>>().join(", ");
+        BenchError::Unknown { what: "method", name: name.to_owned(), known }
+    })
+}
+
+fn report(method: &dyn Method, lesson: &Lesson) -> String {
+    let graph = lesson.learned.graph();
+    let mut text = format!("method {}: {}\n", method.name(), method.summary());
+    let _ = writeln!(text, "nodes {}", graph.nodes.len());
+    for node in &graph.nodes {
+        let _ = writeln!(text, "  {} on {}, segments {}", node.id, node.reference, node.segments.len());
+    }
+    let _ = writeln!(text, "edges {}", graph.edges.len());
+    for (from, to) in &graph.edges {
+        let _ = writeln!(text, "  {from} -> {to}");
+    }
+    for Corrected { name, difference, trace } in &lesson.corrections {
+        let Difference { nodes_added, edges_added, nodes_modified, nodes_merged } = difference;
+        let _ = writeln!(
+            text,
+            "correction {name}: {} (nodes added {}, edges added {}, nodes modified {}, nodes merged {nodes_merged})",
+            difference.edit(),
+            nodes_added.len(),
+            edges_added.len(),
+            nodes_modified.len(),
+        );
+        for step in &trace.steps {
+            let _ = writeln!(
+                text,
+                "  segment on {}: |Z| {} of |T| {}, candidates {}, matched in {}, branch {}, {} after {}",
+                step.reference,
+                step.applicable,
+                step.model_size,
+                step.candidates,
+                word(&step.matched_in),
+                word(&step.branch),
+                step.node,
+                step.after,
+            );
+        }
+        let counters: Vec<String> =
+            trace.counters.named().iter().map(|(name, value)| format!("{name} {value}")).collect();
+        let _ = writeln!(text, "  {}", counters.join(", "));
+    }
+    text
+}
+
+/// The word that stands for a choice in files.
+fn word(choice: &impl Serialize) -> String {
+    serde_json::to_value(choice).ok().and_then(|value| Some(value.as_str()?.to_owned())).unwrap_or_default()
+}
+
+/// A line a step, and one for the whole of each update: END's share is in no step, and a full retraining has none.
+fn trace_csv(corrections: &[Corrected]) -> String {
+    const STEP: [&str; 12] = [
+        "demonstration",
+        "step",
+        "reference",
+        "applicable",
+        "model_size",
+        "candidates",
+        "matched_in",
+        "branch",
+        "node",
+        "after",
+        "edge_added",
+        "merged",
+    ];
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let mut write = |row: Vec<String>, counters: &Counters| {
+        let counters = counters.named().map(|(_, value)| value.to_string());
+        writer.write_record(row.into_iter().chain(counters)).expect("rows of one length, in memory");
+    };
+    let names = Counters::default().named().map(|(name, _)| name);
+    let mut head = csv::Writer::from_writer(Vec::new());
+    head.write_record(STEP.iter().chain(&names)).expect("in memory");
+    for Corrected { name, trace, .. } in corrections {
+        for (index, step) in trace.steps.iter().enumerate() {
+            let merged = step.merged.iter().map(|(old, new)| {
+                let old: Vec<String> = old.iter().map(ToString::to_string).collect();
+                format!("{} -> {new}", old.join(" "))
+            });
+            let row = vec![
+                name.clone(),
+                index.to_string(),
+                step.reference.clone(),
+                step.applicable.to_string(),
+                step.model_size.to_string(),
+                step.candidates.to_string(),
+                word(&step.matched_in),
+                word(&step.branch),
+                step.node.to_string(),
+                step.after.to_string(),
+                step.edge_added.to_string(),
+                merged.collect::<Vec<_>>().join("; "),
+            ];
+            write(row, &step.counters);
+        }
+        let mut row = vec![name.clone(), "all".to_owned()];
+        row.resize(STEP.len(), String::new());
+        write(row, &trace.counters);
+    }
+    let bytes = [head, writer].map(|part| part.into_inner().expect("in memory")).concat();
+    String::from_utf8(bytes).expect("made of strings")
+}

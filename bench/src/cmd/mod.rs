@@ -1,0 +1,5 @@
+//! The program's sub-commands, one a file: the arguments, and what they do. Each returns what is to be printed.
+
+pub mod learn;
+pub mod list;
+pub mod tables;

@@ -1,0 +1,88 @@
+//! The one place that measures cost by the clock.
+
+use std::time::Instant;
+
+use situ::edit::{Edit, difference};
+use situ::method::{Learned, Method};
+
+use crate::error::BenchError;
+use crate::record::{Cost, count};
+use crate::synthetic::{Automaton, Parameters};
+
+/// Runs `work`; returns what it returns, and the wall-clock seconds that it took.
+pub fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let start = Instant::now();
+    let result = work();
+    (result, start.elapsed().as_secs_f64())
+}
+
+/// A synthetic automaton and the task model that a method learned of it: what updates are measured on.
+pub struct Subject {
+    method: &'static str,
+    automaton: Automaton,
+    learned: Box<dyn Learned>,
+}
+
+impl Subject {
+    /// Makes an automaton and teaches it to a method; the time that takes is not part of any cost.
+    ///
+    /// # Errors
+    /// Where the parameters are out of range; [`BenchError::Argument`] where what was learned is not the automaton.
+    pub fn teach(method: &dyn Method, parameters: Parameters) -> Result<Self, BenchError> {
+        let automaton = Automaton::new(parameters)?;
+        let learned = method.teach(automaton.schema(), automaton.originals())?;
+        if !automaton.is_recovered(&learned.graph()) {
+            let Parameters { nodes, seed, .. } = parameters;
+            let problem =
+                format!("the originals of the automaton of {nodes} nodes, seed {seed}, did not teach that automaton");
+            return Err(BenchError::Argument(problem));
+        }
+        Ok(Self { method: method.name(), automaton, learned })
+    }
+
+    /// The automaton.
+    pub fn automaton(&self) -> &Automaton {
+        &self.automaton
+    }
+
+    /// The task model before any correction.
+    pub fn learned(&self) -> &dyn Learned {
+        &*self.learned
+    }
+
+    /// What one correction of this edit costs; the seed of the automaton draws where. The model stays as it was.
+    ///
+    /// # Errors
+    /// Where the correction cannot be learned.
+    pub fn measure(&self, protocol: &str, edit: Edit) -> Result<Cost, BenchError> {
+        let Parameters { nodes, seed, .. } = *self.automaton.parameters();
+        let planted = self.automaton.plant(edit, seed)?;
+        let before = self.learned.graph();
+        let last = planted.last(&before);
+        let last =
+            last.ok_or_else(|| BenchError::Argument(format!("`{}` holds no segment of an original", self.method)))?;
+        let mut learned = self.learned.boxed();
+        let (trace, update_seconds) = timed(|| learned.correct(last, &planted.demonstration));
+        let trace = trace?;
+        Ok(Cost {
+            protocol: protocol.to_owned(),
+            method: self.method.to_owned(),
+            nodes: count(nodes),
+            edit,
+            seed,
+            applicable: trace.steps.iter().map(|step| count(step.applicable)).collect(),
+            model_size: trace.steps.iter().map(|step| count(step.model_size)).collect(),
+            counters: trace.counters,
+            edit_made: difference(&before, &learned.graph()).edit(),
+            update_seconds,
+        })
+    }
+}
+
+/// What one correction costs a method on a synthetic automaton of `nodes` nodes, |Z| held fixed.
+///
+/// # Errors
+/// As [`Subject::teach`] and [`Subject::measure`].
+pub fn measure(protocol: &str, method: &dyn Method, nodes: usize, edit: Edit, seed: u64) -> Result<Cost, BenchError> {
+    Subject::teach(method, Parameters::of(nodes, seed))?.measure(protocol, edit)
+}

@@ -1,0 +1,385 @@
+//! Demonstration files: the door for people with their own robot.
+//!
+//! A demonstration is one JSON file. Poses are in the world frame, in metres, quaternions as `[w, x, y, z]`; a state is the
+//! world as the robot perceives it, one number a feature of the schema, in any unit.
+//!
+//! ```json
+//! {
+//!   "name": "tea-1",
+//!   "kind": "original",
+//!   "schema": [{"name": "cup_x", "scale": 0.2}, {"name": "cup_fill", "scale": 0.3}],
+//!   "after": null,
+//!   "carried_to_end": true,
+//!   "keyframes": [
+//!     {
+//!       "reference": "cup",
+//!       "reference_pose": {"position": [0.5, 0.1, 0.0], "quaternion": [1.0, 0.0, 0.0, 0.0]},
+//!       "gripper_pose": {"position": [0.5, 0.1, 0.2], "quaternion": [0.0, 1.0, 0.0, 0.0]},
+//!       "gripper": {"open": 0.08},
+//!       "hold": 0.5,
+//!       "state": [0.5, 0.0]
+//!     }
+//!   ],
+//!   "final_state": [0.5, 1.0]
+//! }
+//! ```
+//!
+//! | key | meaning |
+//! |---|---|
+//! | `name` | unique among the files of one call |
+//! | `kind` | `"original"`: the task from its start; `"corrective"`: a part of it, given at a failure |
+//! | `schema` | the features of a state in order, each with the typical size of a difference that matters, above 0; the same in all files of one call |
+//! | `after` | what ran last before the demonstration: `null` for START (always so for an original), or `{"demonstration": name, "segment": index}`, the node that holds that segment of an earlier demonstration, indices from 0 |
+//! | `carried_to_end` | whether the teacher went on to the end of the task: only then is `final_state` an example of END |
+//! | `keyframes` | at least one, in order |
+//! | `reference` | the object that the keyframe is about; consecutive keyframes about one object are a segment |
+//! | `reference_pose` | the object's pose; of the poses of one segment the first counts, for the object may move with the hand |
+//! | `gripper_pose` | the gripper's pose |
+//! | `gripper` | what the gripper is told from this keyframe on: its opening from 0 (closed) to 1 (open), or `{"open": metres}`, or `{"close": newtons}` |
+//! | `hold` | seconds of rest at the keyframe; 0 where it is left out |
+//! | `state` | the world *before* the motion to this keyframe, one number a feature |
+//! | `final_state` | the world after the last keyframe |
+//!
+//! A key that is not in this list, one that is missing and one that appears twice are mistakes, as are quaternions whose
+//! length is more than 0.001 from 1; nearer ones are normalised.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use nalgebra::{Quaternion, Translation3, UnitQuaternion};
+use serde::de::{Error, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use situ::demonstration::{Demonstration, Feature, Gripper, Keyframe, Kind, Pose, Schema, State};
+use situ::segmentation::by_reference_object;
+
+use crate::error::BenchError;
+use crate::json_lines::line_of;
+
+/// How far the length of a quaternion may be from 1: what a few printed decimals lose.
+const QUATERNION_TOLERANCE: f64 = 1e-3;
+
+/// A length this near to 1 is rounding: the quaternion stays as it was written.
+const QUATERNION_ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// What ran last before a demonstration: the node that holds a segment of an earlier one.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct After {
+    /// The earlier demonstration's name.
+    pub demonstration: String,
+    /// The index of its segment, from 0.
+    pub segment: u32,
+}
+
+/// A demonstration read from a file, checked by itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DemonstrationFile {
+    /// The demonstration.
+    pub demonstration: Demonstration,
+    /// The features of its states.
+    pub schema: Schema,
+    /// What ran last before it; `None` for START.
+    pub after: Option<After>,
+    path: PathBuf,
+    text: String,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    name: String,
+    kind: Kind,
+    schema: Vec<Feature>,
+    // A field of this type may be left out; one that names its reader may not.
+    #[serde(deserialize_with = "Option::deserialize")]
+    after: Option<After>,
+    carried_to_end: bool,
+    keyframes: Vec<FileKeyframe>,
+    final_state: Vec<f64>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileKeyframe {
+    reference: String,
+    reference_pose: FilePose,
+    gripper_pose: FilePose,
+    gripper: FileGripper,
+    #[serde(default)]
+    hold: f64,
+    state: Vec<f64>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FilePose {
+    position: [f64; 3],
+    quaternion: [f64; 4],
+}
+
+struct FileGripper(Gripper);
+
+impl Serialize for FileGripper {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self.0 {
+            Gripper::Opening(share) => serializer.serialize_f64(share),
+            Gripper::Open(metres) => serializer.collect_map([("open", metres)]),
+            Gripper::Close(newtons) => serializer.collect_map([("close", newtons)]),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for FileGripper {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(GripperVisitor)
+    }
+}
+
+struct GripperVisitor;
+
+impl<'de> Visitor<'de> for GripperVisitor {
+    type Value = FileGripper;
+
+    fn expecting(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
+        formatter.write_str("an opening from 0 to 1, {\"open\": metres} or {\"close\": newtons}")
+    }
+
+    fn visit_f64<E: Error>(self, value: f64) -> Result<FileGripper, E> {
+        Ok(FileGripper(Gripper::Opening(value)))
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<FileGripper, E> {
+        self.visit_f64(value as f64)
+    }
+
+    fn visit_u64<E: Error>(self, value: u64) -> Result<FileGripper, E> {
+        self.visit_f64(value as f64)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<FileGripper, A::Error> {
+        let gripper = match map.next_entry::<String, f64>()? {
+            Some((key, metres)) if key == "open" => Gripper::Open(metres),
+            Some((key, newtons)) if key == "close" => Gripper::Close(newtons),
+            Some((key, _)) => return Err(A::Error::unknown_field(&key, &["open", "close"])),
+            None => return Err(A::Error::invalid_length(0, &self)),
+        };
+        match map.next_key::<String>()? {
+            Some(_) => Err(A::Error::invalid_length(2, &self)),
+            None => Ok(FileGripper(gripper)),
+        }
+    }
+}
+
+/// A mistake: its key, and what is wrong and was expected.
+type Mistake = (String, String);
+
+fn mistake(key: impl Into<String>, problem: impl Into<String>) -> Mistake {
+    (key.into(), problem.into())
+}
+
+fn pose(pose: &FilePose, key: &str) -> Result<Pose, Mistake> {
+    let [w, x, y, z] = pose.quaternion;
+    let quaternion = Quaternion::new(w, x, y, z);
+    let length = libm::sqrt(quaternion.coords.dot(&quaternion.coords));
+    if (length - 1.0).abs() > QUATERNION_TOLERANCE {
+        let problem = format!("a quaternion of length {length}, expected length 1 (order w, x, y, z)");
+        return Err(mistake(format!("{key}.quaternion"), problem));
+    }
+    let is_unit = (length - 1.0).abs() <= QUATERNION_ROUNDING;
+    let rotation = UnitQuaternion::new_unchecked(if is_unit { quaternion } else { quaternion / length });
+    let [x, y, z] = pose.position;
+    Ok(Pose::from_parts(Translation3::new(x, y, z), rotation))
+}
+
+fn state(values: &[f64], schema: &Schema, key: String) -> Result<State, Mistake> {
+    if values.len() != schema.len() {
+        let problem = format!("{} numbers, expected {} (one a feature of the schema)", values.len(), schema.len());
+        return Err(mistake(key, problem));
+    }
+    Ok(State::new(values))
+}
+
+fn schema(features: &[Feature]) -> Result<Schema, Mistake> {
+    for (index, feature) in features.iter().enumerate() {
+        if feature.scale <= 0.0 {
+            let problem = format!("{}, expected a scale above 0", feature.scale);
+            return Err(mistake(format!("schema[{index}].scale"), problem));
+        }
+        if let Some(first) = features[..index].iter().position(|other| other.name == feature.name) {
+            let problem = format!("`{}` is the name of schema[{first}] as well, expected another", feature.name);
+            return Err(mistake(format!("schema[{index}].name"), problem));
+        }
+    }
+    Schema::new(features.to_vec()).map_err(|error| mistake("schema", error.to_string()))
+}
+
+fn keyframe(keyframe: &FileKeyframe, schema: &Schema, key: &str) -> Result<Keyframe, Mistake> {
+    let (gripper, rule) = match keyframe.gripper.0 {
+        Gripper::Opening(share) => ((0.0..=1.0).contains(&share), "an opening from 0 (closed) to 1 (open)"),
+        Gripper::Open(metres) => (metres >= 0.0, "a width of 0 metres or more"),
+        Gripper::Close(newtons) => (newtons >= 0.0, "a force of 0 newtons or more"),
+    };
+    if !gripper {
+        let problem = format!("{}, expected {rule}", keyframe.gripper.0.value());
+        return Err(mistake(format!("{key}.gripper"), problem));
+    }
+    if keyframe.hold < 0.0 {
+        return Err(mistake(format!("{key}.hold"), format!("{}, expected 0 seconds or more", keyframe.hold)));
+    }
+    if keyframe.reference.is_empty() {
+        return Err(mistake(format!("{key}.reference"), "an empty name, expected that of an object"));
+    }
+    Ok(Keyframe {
+        reference: keyframe.reference.as_str().into(),
+        reference_pose: pose(&keyframe.reference_pose, &format!("{key}.reference_pose"))?,
+        gripper_pose: pose(&keyframe.gripper_pose, &format!("{key}.gripper_pose"))?,
+        gripper: keyframe.gripper.0,
+        hold: keyframe.hold,
+        state: state(&keyframe.state, schema, format!("{key}.state"))?,
+    })
+}
+
+fn checked(file: File) -> Result<(Demonstration, Schema, Option<After>), Mistake> {
+    if file.name.is_empty() {
+        return Err(mistake("name", "an empty name, expected one that no other demonstration has"));
+    }
+    if file.keyframes.is_empty() {
+        return Err(mistake("keyframes", "an empty demonstration, expected at least one keyframe"));
+    }
+    if file.kind == Kind::Original && file.after.is_some() {
+        return Err(mistake("after", "an original demonstration begins at START, expected null"));
+    }
+    let schema = schema(&file.schema)?;
+    let keyframes = (file.keyframes.iter().enumerate())
+        .map(|(index, each)| keyframe(each, &schema, &format!("keyframes[{index}]")))
+        .collect::<Result<Vec<_>, _>>()?;
+    let final_state = state(&file.final_state, &schema, "final_state".to_owned())?;
+    let demonstration = Demonstration::new(file.name, file.kind, &schema, keyframes, final_state, file.carried_to_end)
+        .map_err(|error| mistake(".", error.to_string()))?;
+    Ok((demonstration, schema, file.after))
+}
+
+impl DemonstrationFile {
+    /// Reads a demonstration file.
+    ///
+    /// # Errors
+    /// [`BenchError::Read`]; [`BenchError::Demonstration`] for a mistake in the file: with file, line and key.
+    pub fn read(path: &Path) -> Result<Self, BenchError> {
+        let text = fs::read_to_string(path).map_err(|source| BenchError::Read { path: path.to_owned(), source })?;
+        Self::parse(text, path)
+    }
+
+    /// The demonstration of a file's text; `path` is for messages.
+    ///
+    /// # Errors
+    /// [`BenchError::Demonstration`].
+    pub fn parse(text: String, path: &Path) -> Result<Self, BenchError> {
+        let mut deserializer = serde_json::Deserializer::from_str(&text);
+        let read = serde_path_to_error::deserialize::<_, File>(&mut deserializer).map_err(|error| {
+            let (key, error) = (error.path().to_string(), error.into_inner());
+            (key, error)
+        });
+        let file = read.and_then(|file| match deserializer.end() {
+            Ok(()) => Ok(file),
+            Err(error) => Err((".".to_owned(), error)),
+        });
+        let file = file.map_err(|(key, error)| {
+            let place = format!(" at line {} column {}", error.line(), error.column());
+            let problem = error.to_string().replace(&place, "");
+            BenchError::Demonstration { path: path.to_owned(), line: error.line().max(1), key, problem }
+        })?;
+        match checked(file) {
+            Ok((demonstration, schema, after)) => {
+                Ok(Self { demonstration, schema, after, path: path.to_owned(), text })
+            }
+            Err((key, problem)) => Err(refuse(path, &text, &key, problem)),
+        }
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The error of a mistake at `key`, such as `after.segment`.
+    pub fn refuse(&self, key: &str, problem: impl Into<String>) -> BenchError {
+        refuse(&self.path, &self.text, key, problem)
+    }
+
+    /// The number of its segments.
+    pub fn segments(&self) -> usize {
+        by_reference_object(&self.demonstration).len()
+    }
+}
+
+fn refuse(path: &Path, text: &str, key: &str, problem: impl Into<String>) -> BenchError {
+    let line = line_of(text, key);
+    BenchError::Demonstration { path: path.to_owned(), line, key: key.to_owned(), problem: problem.into() }
+}
+
+/// Checks files that are learned together, in the order in which they are learned: one schema, names used once, and each
+/// `after` a segment of a demonstration before it.
+///
+/// # Errors
+/// [`BenchError::Demonstration`].
+pub fn check_together(files: &[DemonstrationFile]) -> Result<(), BenchError> {
+    for (index, file) in files.iter().enumerate() {
+        let former = &files[..index];
+        let name = file.demonstration.name();
+        if let Some(other) = former.iter().find(|other| other.demonstration.name() == name) {
+            let problem = format!("`{name}` is the name in {} as well, expected another", other.path.display());
+            return Err(file.refuse("name", problem));
+        }
+        if let Some(first) = former.first()
+            && first.schema != file.schema
+        {
+            let (here, there) = (file.schema.features(), first.schema.features());
+            let differs = here.iter().zip(there).position(|(here, there)| here != there);
+            let key = differs.map_or("schema".to_owned(), |feature| format!("schema[{feature}]"));
+            let problem = format!("expected the schema of {}: all files of one call share it", first.path.display());
+            return Err(file.refuse(&key, problem));
+        }
+        if let Some(After { demonstration, segment }) = &file.after {
+            let Some(other) = former.iter().find(|other| **other.demonstration.name() == **demonstration) else {
+                let known: Vec<String> =
+                    former.iter().map(|other| format!("`{}`", other.demonstration.name())).collect();
+                let problem =
+                    format!("no demonstration `{demonstration}` before this one, expected one of {}", known.join(", "));
+                return Err(file.refuse("after.demonstration", problem));
+            };
+            let segments = other.segments();
+            if *segment as usize >= segments {
+                let problem =
+                    format!("{segment}, expected 0 to {} (`{demonstration}` has {segments} segments)", segments - 1);
+                return Err(file.refuse("after.segment", problem));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The text of a demonstration file.
+pub fn render(demonstration: &Demonstration, schema: &Schema, after: Option<&After>) -> String {
+    let pose = |pose: &Pose| FilePose {
+        position: pose.translation.vector.into(),
+        quaternion: [pose.rotation.w, pose.rotation.i, pose.rotation.j, pose.rotation.k],
+    };
+    let keyframe = |keyframe: &Keyframe| FileKeyframe {
+        reference: keyframe.reference.to_string(),
+        reference_pose: pose(&keyframe.reference_pose),
+        gripper_pose: pose(&keyframe.gripper_pose),
+        gripper: FileGripper(keyframe.gripper),
+        hold: keyframe.hold,
+        state: keyframe.state.values().to_vec(),
+    };
+    let file = File {
+        name: demonstration.name().to_string(),
+        kind: demonstration.kind(),
+        schema: schema.features().to_vec(),
+        after: after.cloned(),
+        carried_to_end: demonstration.carried_to_end(),
+        keyframes: demonstration.keyframes().iter().map(keyframe).collect(),
+        final_state: demonstration.final_state().values().to_vec(),
+    };
+    serde_json::to_string_pretty(&file).expect("finite numbers and string keys") + "\n"
+}

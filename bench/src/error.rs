@@ -1,0 +1,131 @@
+//! What can go wrong in the harness, and where.
+
+use std::io;
+use std::path::PathBuf;
+
+use situ::error::SituError;
+use situ_tasks::TaskError;
+use situ_teachers::TeacherError;
+use thiserror::Error;
+
+/// An error of the harness; each variant says where, and what would be right.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum BenchError {
+    /// A file that was named cannot be read.
+    #[error("{}: cannot be read: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// A file cannot be written.
+    #[error("{}: cannot be written: {source}", path.display())]
+    Write {
+        /// The file, or `standard output`.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// A line of a ledger that is not a record.
+    #[error("{}:{line}: {problem}", path.display())]
+    Ledger {
+        /// The ledger.
+        path: PathBuf,
+        /// The line, from 1.
+        line: usize,
+        /// What is wrong, and what was expected.
+        problem: String,
+    },
+    /// A record that a ledger could not give back as it was.
+    #[error("{}: a record was not written: {problem}", path.display())]
+    Record {
+        /// The ledger.
+        path: PathBuf,
+        /// What is wrong with the record.
+        problem: String,
+    },
+    /// Two records of one run that say different things.
+    #[error("{second} and {first} are records of the same run ({run}) and differ: leave one of the ledgers out")]
+    Conflict {
+        /// File and line of the former record.
+        first: String,
+        /// File and line of the latter.
+        second: String,
+        /// The run.
+        run: String,
+    },
+    /// A mistake in a demonstration file.
+    #[error("{}:{line}: key `{key}`: {problem}", path.display())]
+    Demonstration {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: usize,
+        /// The key, such as `keyframes[2].state`; `.` is the file as a whole.
+        key: String,
+        /// What is wrong, and what was expected.
+        problem: String,
+    },
+    /// A name that nothing has.
+    #[error("no {what} is called `{name}`: expected one of {known}")]
+    Unknown {
+        /// The kind of thing.
+        what: &'static str,
+        /// The name.
+        name: String,
+        /// The names there are.
+        known: String,
+    },
+    /// Arguments that do not go together.
+    #[error("{0}")]
+    Argument(String),
+    /// A demonstration that could not be learned.
+    #[error("{}: {source}", path.display())]
+    Learn {
+        /// The demonstration's file.
+        path: PathBuf,
+        /// What the learner says.
+        source: SituError,
+    },
+    /// A mistake in a protocol file.
+    #[error("{}:{line}: {problem}", path.display())]
+    Protocol {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: usize,
+        /// What is wrong, with the key, and what was expected.
+        problem: String,
+    },
+    /// The user stopped the program.
+    #[error("interrupted: every finished run is in the ledger; go on with --resume")]
+    Interrupted,
+    /// An error of a task or its file.
+    #[error(transparent)]
+    Task(#[from] TaskError),
+    /// An error of a teacher or its file.
+    #[error(transparent)]
+    Teacher(#[from] TeacherError),
+    /// An error of the learner.
+    #[error(transparent)]
+    Situ(#[from] SituError),
+}
+
+impl BenchError {
+    /// A name that nothing has; lists the names there are.
+    pub fn unknown<'a>(what: &'static str, name: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
+        Self::Unknown { what, name: name.to_owned(), known: known.into_iter().collect::<Vec<_>>().join(", ") }
+    }
+
+    /// The program's exit status: 1 where the machine failed, 2 where the input was bad.
+    pub fn exit_status(&self) -> u8 {
+        match self {
+            Self::Write { .. } | Self::Record { .. } => 1,
+            // 128 + SIGINT, as shells have it.
+            Self::Interrupted => 130,
+            _ => 2,
+        }
+    }
+}

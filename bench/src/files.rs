@@ -1,0 +1,68 @@
+//! Files that are written whole or not at all.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::error::BenchError;
+
+/// Writes all of these files, or none: each text goes to a new file beside its target, and the new files take the targets'
+/// places when all of them are written.
+///
+/// # Errors
+/// [`BenchError::Write`]; [`BenchError::Argument`] where two texts have one target.
+pub fn write_all(files: &[(PathBuf, String)]) -> Result<(), BenchError> {
+    for (index, (path, _)) in files.iter().enumerate() {
+        if files[..index].iter().any(|(other, _)| other == path) {
+            return Err(BenchError::Argument(format!(
+                "{}: two outputs with one name, expected two names",
+                path.display()
+            )));
+        }
+    }
+    let parts: Vec<PathBuf> = files.iter().map(|(path, _)| beside(path)).collect();
+    let write = || {
+        for ((path, text), part) in files.iter().zip(&parts) {
+            fs::write(part, text).map_err(|source| BenchError::Write { path: path.clone(), source })?;
+        }
+        for ((path, _), part) in files.iter().zip(&parts) {
+            fs::rename(part, path).map_err(|source| BenchError::Write { path: path.clone(), source })?;
+        }
+        Ok(())
+    };
+    let written = write();
+    if written.is_err() {
+        // What is left of an unfinished write; a part that is gone already is as well.
+        parts.iter().for_each(|part| drop(fs::remove_file(part)));
+    }
+    written
+}
+
+/// A name in the same folder, so that a rename stays on one file system, and of this process alone.
+fn beside(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!(".{name}.{}.part", std::process::id()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_or_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let names = || {
+            let mut names: Vec<_> =
+                fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+            names.sort();
+            names
+        };
+        let file = |name: &str| (folder.path().join(name), name.to_owned());
+        assert!(write_all(&[file("a"), file("nowhere/b")]).is_err());
+        assert!(write_all(&[file("a"), file("a")]).is_err());
+        assert!(names().is_empty());
+        write_all(&[file("a"), file("b")]).unwrap();
+        write_all(&[file("b")]).unwrap();
+        assert_eq!(names(), ["a", "b"]);
+        assert_eq!(fs::read_to_string(folder.path().join("b")).unwrap(), "b");
+    }
+}

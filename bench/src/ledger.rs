@@ -1,0 +1,305 @@
+//! The ledger: JSON Lines, one finished run a line, written as the runs finish.
+//!
+//! A crash loses at most the line that was being written: such a torn last line is dropped with a warning, and any other
+//! line that is not a record is an error with file and line. The order of the lines is the order in which runs finished;
+//! [`canonical`] sorts them, and every table is made from the sorted records.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::{self, File, OpenOptions};
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::error::BenchError;
+use crate::record::{Cost, Identity, Record, Run, SCHEMA};
+
+/// What a ledger, or several, held.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Contents {
+    /// The records.
+    pub records: Vec<Record>,
+    /// What the user should know: torn lines that were dropped.
+    pub warnings: Vec<String>,
+}
+
+impl Contents {
+    /// What need not be run again.
+    pub fn done(&self) -> BTreeSet<Identity> {
+        self.records.iter().map(Record::identity).collect()
+    }
+}
+
+#[derive(Serialize)]
+struct Line<'a> {
+    schema: u64,
+    #[serde(flatten)]
+    record: &'a Record,
+}
+
+/// The line of a record, its line feed included.
+fn render(record: &Record) -> String {
+    let line = serde_json::to_string(&Line { schema: SCHEMA, record });
+    line.expect("a record's keys are strings") + "\n"
+}
+
+/// The record of a line, or what is wrong with it.
+fn parse(line: &str) -> Result<Record, String> {
+    let value: Value = serde_json::from_str(line).map_err(|error| format!("not JSON: {error}"))?;
+    let Value::Object(mut fields) = value else { return Err("expected an object".to_owned()) };
+    match fields.remove("schema") {
+        Some(Value::Number(schema)) if schema.as_u64() == Some(SCHEMA) => {}
+        Some(other) => return Err(format!("key `schema`: this program reads version {SCHEMA}, found {other}")),
+        None => return Err(format!("key `schema` is missing, expected {SCHEMA}")),
+    }
+    let kind = fields.remove("kind");
+    let fields = Value::Object(fields);
+    match kind.as_ref().and_then(Value::as_str) {
+        Some("run") => typed::<Run>(fields).map(Record::Run),
+        Some("cost") => typed::<Cost>(fields).map(Record::Cost),
+        _ => Err("key `kind`: expected \"run\" or \"cost\"".to_owned()),
+    }
+}
+
+fn typed<T: for<'a> Deserialize<'a>>(fields: Value) -> Result<T, String> {
+    serde_path_to_error::deserialize(fields).map_err(|error| format!("key `{}`: {}", error.path(), error.inner()))
+}
+
+/// The records of a ledger's text, and the length in bytes of what holds them: less than the text where its end is torn.
+fn records(path: &Path, text: &[u8]) -> Result<(Vec<Record>, usize), BenchError> {
+    let mut records = Vec::new();
+    let mut sound = 0;
+    for (index, bytes) in text.split_inclusive(|byte| *byte == b'\n').enumerate() {
+        let refuse = |problem| BenchError::Ledger { path: path.to_owned(), line: index + 1, problem };
+        // Every proper beginning of a JSON object ends too early, and nothing else does.
+        let ends_early = || serde_json::from_slice::<Value>(bytes).is_err_and(|error| error.is_eof());
+        if bytes.last() != Some(&b'\n') && ends_early() {
+            break;
+        }
+        let line = std::str::from_utf8(bytes).map_err(|error| refuse(format!("not UTF-8: {error}")))?;
+        records.push(parse(line.trim_end_matches(['\r', '\n'])).map_err(refuse)?);
+        sound += bytes.len();
+    }
+    Ok((records, sound))
+}
+
+fn torn_warning(path: &Path, line: usize) -> String {
+    format!("{}:{line}: an interrupted write: the line is dropped, its run will be done again", path.display())
+}
+
+/// Reads a ledger.
+///
+/// # Errors
+/// [`BenchError::Read`]; [`BenchError::Ledger`] for a line that is not a record, a torn last line excepted.
+pub fn read(path: &Path) -> Result<Contents, BenchError> {
+    let text = fs::read(path).map_err(|source| BenchError::Read { path: path.to_owned(), source })?;
+    let (records, sound) = records(path, &text)?;
+    let warnings = if sound < text.len() { vec![torn_warning(path, records.len() + 1)] } else { Vec::new() };
+    Ok(Contents { records, warnings })
+}
+
+/// Reads several ledgers as one: the shards of a protocol, say. A run that is in two of them counts once.
+///
+/// # Errors
+/// As [`read`]; [`BenchError::Conflict`] where two records of one run differ in more than their times.
+pub fn read_all(paths: &[PathBuf]) -> Result<Contents, BenchError> {
+    let mut known: BTreeMap<Identity, (String, Record)> = BTreeMap::new();
+    let mut contents = Contents::default();
+    for path in paths {
+        let read = read(path)?;
+        contents.warnings.extend(read.warnings);
+        for (index, record) in read.records.into_iter().enumerate() {
+            let place = format!("{}:{}", path.display(), index + 1);
+            let identity = record.identity();
+            match known.get(&identity) {
+                Some((first, other)) if other.without_times() != record.without_times() => {
+                    let run = identity.to_string();
+                    return Err(BenchError::Conflict { first: first.clone(), second: place, run });
+                }
+                Some(_) => {}
+                None => {
+                    known.insert(identity, (place, record.clone()));
+                    contents.records.push(record);
+                }
+            }
+        }
+    }
+    contents.records = canonical(contents.records);
+    Ok(contents)
+}
+
+/// The records in canonical order: runs by their keys, then costs.
+pub fn canonical(mut records: Vec<Record>) -> Vec<Record> {
+    records.sort_by_cached_key(Record::identity);
+    records
+}
+
+/// A ledger's text: a line a record, in the order given.
+pub fn text(records: &[Record]) -> String {
+    records.iter().map(render).collect()
+}
+
+/// A ledger that runs are added to.
+#[derive(Debug)]
+pub struct Ledger {
+    path: PathBuf,
+    file: File,
+}
+
+impl Ledger {
+    /// Opens a ledger to add to it, or begins one; its folder must be there. Also returns what it holds, so that finished
+    /// runs need not be done again. A torn last line is cut off the file.
+    ///
+    /// # Errors
+    /// As [`read`]; [`BenchError::Write`].
+    pub fn open(path: &Path) -> Result<(Self, Contents), BenchError> {
+        let wrong = |source| BenchError::Write { path: path.to_owned(), source };
+        let text = match fs::read(path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == ErrorKind::NotFound => Vec::new(),
+            Err(source) => return Err(BenchError::Read { path: path.to_owned(), source }),
+        };
+        let (records, sound) = records(path, &text)?;
+        let mut contents = Contents { records, warnings: Vec::new() };
+        let file = OpenOptions::new().create(true).append(true).open(path).map_err(wrong)?;
+        let mut ledger = Self { path: path.to_owned(), file };
+        if sound < text.len() {
+            contents.warnings.push(torn_warning(path, contents.records.len() + 1));
+            ledger.file.set_len(sound as u64).map_err(wrong)?;
+        } else if text.last().is_some_and(|byte| *byte != b'\n') {
+            // A whole record that lacks nothing but its line feed.
+            ledger.file.write_all(b"\n").map_err(wrong)?;
+        }
+        Ok((ledger, contents))
+    }
+
+    /// Adds a record: one write of one whole line, handed to the disk before this returns.
+    ///
+    /// # Errors
+    /// [`BenchError::Write`]; [`BenchError::Record`] where the line would not read back as the record (a number that is
+    /// not finite): nothing is written then.
+    pub fn append(&mut self, record: &Record) -> Result<(), BenchError> {
+        let line = render(record);
+        let refuse = |problem| BenchError::Record { path: self.path.clone(), problem };
+        if parse(line.trim_end()).map_err(refuse)? != *record {
+            return Err(refuse(format!("{} does not read back as it was", record.identity())));
+        }
+        let written = self.file.write_all(line.as_bytes()).and_then(|()| self.file.sync_data());
+        written.map_err(|source| BenchError::Write { path: self.path.clone(), source })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::tables::tests::sample;
+
+    fn written(text: &[u8]) -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("quick.jsonl");
+        fs::write(&path, text).unwrap();
+        (folder, path)
+    }
+
+    #[test]
+    fn what_is_appended_is_read_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("quick.jsonl");
+        for part in sample().chunks(5) {
+            let (mut ledger, _) = Ledger::open(&path).unwrap();
+            part.iter().for_each(|record| ledger.append(record).unwrap());
+        }
+        let contents = read(&path).unwrap();
+        assert_eq!(contents, Contents { records: sample(), warnings: Vec::new() });
+        assert_eq!(contents.done().len(), sample().len());
+        assert_eq!(fs::read_to_string(&path).unwrap(), text(&sample()));
+        assert!(text(&sample()).starts_with(r#"{"schema":1,"kind":"run","key":{"protocol":"quick","#));
+    }
+
+    #[test]
+    fn a_number_that_is_not_finite_is_not_written() {
+        let (_folder, path) = written(b"");
+        let (mut ledger, _) = Ledger::open(&path).unwrap();
+        let Record::Cost(mut cost) = sample().pop().unwrap() else { panic!("the last record is a cost") };
+        cost.update_seconds = f64::NAN;
+        let error = ledger.append(&Record::Cost(cost)).unwrap_err();
+        assert!(error.to_string().contains("update_seconds"), "{error}");
+        assert_eq!(fs::read(&path).unwrap(), b"");
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+
+        /// A write that stops anywhere costs its own line and no other; the ledger goes on from there.
+        #[test]
+        fn a_torn_last_line_is_dropped_with_a_warning(records in 1_usize..5, share in 0.0..1.0_f64) {
+            let whole = text(&sample()[..records]);
+            let last = whole[..whole.len() - 1].rfind('\n').map_or(0, |at| at + 1);
+            let cut = last + 1 + (share * (whole.len() - last - 2) as f64) as usize;
+            let (_folder, path) = written(&whole.as_bytes()[..cut]);
+            let complete = cut == whole.len() - 1;
+            let kept = if complete { records } else { records - 1 };
+            let contents = read(&path).unwrap();
+            prop_assert_eq!(&contents.records[..], &sample()[..kept]);
+            prop_assert_eq!(contents.warnings.len(), usize::from(!complete));
+            if let Some(warning) = contents.warnings.first() {
+                prop_assert!(warning.starts_with(&format!("{}:{records}: ", path.display())), "{}", warning);
+            }
+            let (mut ledger, _) = Ledger::open(&path).unwrap();
+            ledger.append(&sample()[9]).unwrap();
+            let again = read(&path).unwrap();
+            prop_assert!(again.warnings.is_empty());
+            prop_assert_eq!(&again.records[..kept], &sample()[..kept]);
+            prop_assert_eq!(&again.records[kept..], &sample()[9..10]);
+        }
+    }
+
+    #[test]
+    fn any_other_bad_line_is_an_error_with_file_and_line() {
+        let good = text(&sample()[..1]);
+        let cases = [
+            (good.replace("\"schema\":1", "\"schema\":2"), "version 1, found 2"),
+            (good.replace("\"schema\":1,", ""), "`schema` is missing"),
+            (good.replace("\"run\"", "\"rum\""), "expected \"run\" or \"cost\""),
+            (good.replace("\"seed\":0", "\"seed\":-1"), "key `key.seed`"),
+            (good.replace("\"keyframes\":12", "\"keyframe\":12"), "key `original"),
+            (good.replace("node-addition", "node-removal"), "node-removal"),
+            ("{\"schema\":1,\n".to_owned(), "not JSON"),
+            ("\n".to_owned(), "not JSON"),
+            ("[1]\n".to_owned(), "expected an object"),
+            // Not torn: a whole object that is no record, or text that no cut of a record ends in.
+            ("{\"schema\":1}".to_owned(), "key `kind`"),
+            ("{\"schema\":1]".to_owned(), "not JSON"),
+        ];
+        for (bad, problem) in cases {
+            let (_folder, path) = written((good.clone() + &bad).as_bytes());
+            for error in [read(&path).unwrap_err(), Ledger::open(&path).unwrap_err()] {
+                let message = error.to_string();
+                assert!(message.starts_with(&format!("{}:2: ", path.display())), "{message}");
+                assert!(message.contains(problem) && error.exit_status() == 2, "{problem} in {message}");
+            }
+        }
+    }
+
+    #[test]
+    fn ledgers_of_one_run_agree_but_for_their_times() {
+        let mut other = sample();
+        for record in &mut other {
+            if let Record::Cost(cost) = record {
+                cost.update_seconds *= 3.0;
+            }
+        }
+        let (_a, first) = written(text(&sample()).as_bytes());
+        let (_b, second) = written(text(&other).as_bytes());
+        assert_eq!(read_all(&[first.clone(), second]).unwrap().records, canonical(sample()));
+        if let Record::Cost(cost) = &mut other[12] {
+            cost.counters.hmm_fits += 1;
+        }
+        let (_c, third) = written(text(&other).as_bytes());
+        let error = read_all(&[first, third.clone()]).unwrap_err().to_string();
+        assert!(error.starts_with(&format!("{}:13 and ", third.display())), "{error}");
+    }
+}

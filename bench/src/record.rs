@@ -1,0 +1,315 @@
+//! One line of the ledger: what a run did, or what an update of a synthetic automaton cost.
+//!
+//! Every field is a function of the protocol, the key and the code, but for the fields named `update_seconds`, which hold
+//! the clock. [`Record::without_times`] takes those out, so that two ledgers can be compared byte for byte.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::ops::AddAssign;
+
+use serde::{Deserialize, Serialize};
+use situ::edit::{Difference, Edit};
+use situ::trace::{Branch, Counters, MatchedIn, Step, Trace};
+
+/// The version of the ledger's lines.
+pub const SCHEMA: u64 = 1;
+
+/// A line of the ledger.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+pub enum Record {
+    /// One run in physics.
+    Run(Run),
+    /// One update of a synthetic automaton.
+    Cost(Cost),
+}
+
+/// Names a run: the cell (task × edit × method × teacher) and the seed.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Key {
+    /// The protocol.
+    pub protocol: String,
+    /// The task.
+    pub task: String,
+    /// How the task was changed.
+    pub variation: String,
+    /// The edit that the variation needs.
+    pub edit: Edit,
+    /// The teacher's profile.
+    pub teacher: String,
+    /// The method.
+    pub method: String,
+    /// The seed of the run.
+    pub seed: u64,
+}
+
+/// Names a record among all records: no two records of a ledger share it.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Identity {
+    /// A run in physics.
+    Run(Key),
+    /// An update of a synthetic automaton.
+    Cost {
+        /// The protocol.
+        protocol: String,
+        /// The method.
+        method: String,
+        /// The edit that was planted.
+        edit: Edit,
+        /// Nodes of the automaton.
+        nodes: u32,
+        /// The seed of the automaton.
+        seed: u64,
+    },
+}
+
+impl fmt::Display for Identity {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Run(Key { protocol, task, variation, teacher, method, seed, edit: _ }) => {
+                write!(formatter, "{protocol}, {task}/{variation}, {teacher}, {method}, seed {seed}")
+            }
+            Self::Cost { protocol, method, edit, nodes, seed } => {
+                write!(formatter, "{protocol}, cost of {edit} at {nodes} nodes, {method}, seed {seed}")
+            }
+        }
+    }
+}
+
+/// What teaching took: number and length of demonstrations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Effort {
+    /// Demonstrations.
+    pub demonstrations: u32,
+    /// Keyframes over all of them.
+    pub keyframes: u32,
+    /// Simulated seconds over all of them.
+    pub seconds: f64,
+    /// Path length of the gripper over all of them, metres.
+    pub metres: f64,
+}
+
+impl AddAssign for Effort {
+    fn add_assign(&mut self, other: Self) {
+        self.demonstrations += other.demonstrations;
+        self.keyframes += other.keyframes;
+        self.seconds += other.seconds;
+        self.metres += other.metres;
+    }
+}
+
+/// Successes among evaluation rollouts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rate {
+    /// Rollouts that succeeded.
+    pub successes: u32,
+    /// Rollouts.
+    pub rollouts: u32,
+}
+
+impl AddAssign for Rate {
+    fn add_assign(&mut self, other: Self) {
+        self.successes += other.successes;
+        self.rollouts += other.rollouts;
+    }
+}
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// The target success rate was reached within the budget.
+    Reached,
+    /// The budget was used up first.
+    Censored,
+    /// The original task was never learned: counted apart, the same for every method.
+    Untaught,
+    /// Physics failed (a body quarantined, NaN): counted apart, never as a failure of the method.
+    Spoilt {
+        /// What failed.
+        why: String,
+    },
+    /// The method has nothing to do in this cell.
+    NotApplicable,
+}
+
+impl Outcome {
+    /// Whether the run says something about the method: it reached the target or used the budget up.
+    pub fn counts(&self) -> bool {
+        matches!(self, Self::Reached | Self::Censored)
+    }
+}
+
+/// One local update of a correction, as the tables need it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StepSummary {
+    /// The segment's reference object.
+    pub reference: String,
+    /// |Z|.
+    pub applicable: u32,
+    /// |T| before the step.
+    pub model_size: u32,
+    /// Primitives compared with the segment.
+    pub candidates: u32,
+    /// Where the match was found.
+    pub matched_in: MatchedIn,
+    /// The branch of Algorithm 2.
+    pub branch: Branch,
+}
+
+impl From<&Step> for StepSummary {
+    fn from(step: &Step) -> Self {
+        Self {
+            reference: step.reference.clone(),
+            applicable: count(step.applicable),
+            model_size: count(step.model_size),
+            candidates: count(step.candidates),
+            matched_in: step.matched_in,
+            branch: step.branch,
+        }
+    }
+}
+
+/// A number of things as the ledger writes it.
+pub fn count(number: usize) -> u32 {
+    u32::try_from(number).unwrap_or(u32::MAX)
+}
+
+/// One correction of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Correction {
+    /// The name of the trigger that called the teacher.
+    pub failure: String,
+    /// The reference object of the primitive that ran last, or `START`.
+    pub last: String,
+    /// What the correction took: one demonstration.
+    pub effort: Effort,
+    /// The edit that the method made.
+    pub edit_made: Edit,
+    /// Nodes added.
+    pub nodes_added: u32,
+    /// Edges added.
+    pub edges_added: u32,
+    /// Nodes modified.
+    pub nodes_modified: u32,
+    /// Nodes merged away.
+    pub nodes_merged: u32,
+    /// The local updates; none for a full retraining.
+    pub steps: Vec<StepSummary>,
+    /// The exact work of the update.
+    pub counters: Counters,
+    /// Success on the changed task after the correction, where it was evaluated.
+    pub after: Option<Rate>,
+    /// Wall-clock seconds of the update: the only clock.
+    pub update_seconds: f64,
+}
+
+impl Correction {
+    /// A correction, from what the learner and the difference of the two models say of it; not evaluated yet.
+    pub fn new(
+        failure: String,
+        last: String,
+        effort: Effort,
+        difference: &Difference,
+        trace: &Trace,
+        update_seconds: f64,
+    ) -> Self {
+        Self {
+            failure,
+            last,
+            effort,
+            edit_made: difference.edit(),
+            nodes_added: count(difference.nodes_added.len()),
+            edges_added: count(difference.edges_added.len()),
+            nodes_modified: count(difference.nodes_modified.len()),
+            nodes_merged: count(difference.nodes_merged),
+            steps: trace.steps.iter().map(StepSummary::from).collect(),
+            counters: trace.counters,
+            after: None,
+            update_seconds,
+        }
+    }
+}
+
+/// One run in physics.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Run {
+    /// Which run.
+    pub key: Key,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// What teaching the original task took.
+    pub original: Effort,
+    /// Success of the original model on the changed task.
+    pub before: Option<Rate>,
+    /// Success on the changed task at the end.
+    pub after: Option<Rate>,
+    /// Corrective (or from-scratch) demonstrations until the target was reached or the budget used up.
+    pub effort: Effort,
+    /// The corrections in order.
+    pub corrections: Vec<Correction>,
+    /// How the last evaluation's rollouts ended, by name.
+    pub ended: BTreeMap<String, u32>,
+    /// Success on the original task before the corrections.
+    pub original_rate: Option<Rate>,
+    /// Success on the original task after the corrections.
+    pub retained: Option<Rate>,
+}
+
+/// One update of a synthetic automaton.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cost {
+    /// The protocol.
+    pub protocol: String,
+    /// The method.
+    pub method: String,
+    /// Nodes of the automaton before the update.
+    pub nodes: u32,
+    /// The edit that was planted.
+    pub edit: Edit,
+    /// The seed of the automaton and of the correction.
+    pub seed: u64,
+    /// |Z| at each step.
+    pub applicable: Vec<u32>,
+    /// |T| at each step.
+    pub model_size: Vec<u32>,
+    /// The exact work of the update.
+    pub counters: Counters,
+    /// The edit that the method made.
+    pub edit_made: Edit,
+    /// Wall-clock seconds of the update: the only clock.
+    pub update_seconds: f64,
+}
+
+impl Record {
+    /// What tells this record from all others; the order of a canonical ledger.
+    pub fn identity(&self) -> Identity {
+        match self {
+            Self::Run(run) => Identity::Run(run.key.clone()),
+            Self::Cost(cost) => Identity::Cost {
+                protocol: cost.protocol.clone(),
+                method: cost.method.clone(),
+                edit: cost.edit,
+                nodes: cost.nodes,
+                seed: cost.seed,
+            },
+        }
+    }
+
+    /// The same record with its clock times set to 0: what must not differ between two runs of one protocol.
+    pub fn without_times(&self) -> Self {
+        let mut record = self.clone();
+        match &mut record {
+            Self::Run(run) => run.corrections.iter_mut().for_each(|correction| correction.update_seconds = 0.0),
+            Self::Cost(cost) => cost.update_seconds = 0.0,
+        }
+        record
+    }
+}

@@ -1,0 +1,65 @@
+//! Which edit was needed, and which was made: the confusion matrix of each method, a row an edit needed.
+
+use std::collections::BTreeMap;
+
+use situ::edit::Edit;
+use situ::method::Role;
+
+use super::{Cell, Column, MethodName, Methods, Shape, Table, column, share};
+use crate::record::{Record, Run};
+
+const NOTE: &str = "A row is a method and the edit that the variation needs, over all tasks, teachers and seeds whose run counts. \
+`first` counts the edit that the first correction of each run made, `all` that of every correction; `right` is the share in \
+which it was the edit needed, with the Wilson 95 % interval. Runs that reached the target without a correction are counted apart. \
+Teaching from scratch edits nothing and has no row.";
+
+fn columns() -> Vec<Column> {
+    const FIRST: [&str; 4] = ["first_node-addition", "first_edge-addition", "first_node-modification", "first_none"];
+    const ALL: [&str; 4] = ["all_node-addition", "all_edge-addition", "all_node-modification", "all_none"];
+    let text = ["protocol", "method", "edit_needed"].map(|name| column(name, Shape::Text));
+    let counts = |names: [&'static str; 4]| names.map(|name| column(name, Shape::Count));
+    text.into_iter()
+        .chain(["runs", "uncorrected"].map(|name| column(name, Shape::Count)))
+        .chain(counts(FIRST))
+        .chain([column("first_right", Shape::Rate)])
+        .chain(counts(ALL))
+        .chain([column("all_right", Shape::Rate)])
+        .collect()
+}
+
+/// The table, from records in canonical order.
+pub(super) fn table(records: &[Record]) -> Table {
+    let methods = Methods::listed();
+    let mut rows: BTreeMap<(&str, MethodName, Edit), Vec<&Run>> = BTreeMap::new();
+    for record in records {
+        if let Record::Run(run) = record
+            && run.outcome.counts()
+            && methods.role(&run.key.method) != Role::FromScratch
+        {
+            rows.entry((&run.key.protocol, methods.name(&run.key.method), run.key.edit)).or_default().push(run);
+        }
+    }
+    let rendered = rows.iter().map(|((protocol, method, needed), runs)| {
+        let made = |run: &&Run| run.corrections.iter().map(|correction| correction.edit_made).collect::<Vec<_>>();
+        let first: Vec<Edit> = runs.iter().filter_map(|run| made(run).first().copied()).collect();
+        let all: Vec<Edit> = runs.iter().flat_map(made).collect();
+        let mut cells = [*protocol, &method.name, needed.name()].map(|word| Cell::Text(word.to_owned())).to_vec();
+        cells.push(Cell::Count(runs.len()));
+        cells.push(Cell::Count(runs.len() - first.len()));
+        for edits in [first, all] {
+            let count = |edit: &Edit| Cell::Count(edits.iter().filter(|made| *made == edit).count());
+            cells.extend(Edit::ALL.iter().map(count));
+            cells.push(share(edits.iter().map(|made| made == needed)));
+        }
+        cells
+    });
+    Table {
+        id: "edits",
+        title: "Edits: needed and made",
+        note: NOTE,
+        columns: columns(),
+        rows: rendered.collect(),
+        protocols: rows.keys().map(|row| row.0.to_owned()).collect(),
+        records: rows.values().map(Vec::len).sum(),
+    }
+}

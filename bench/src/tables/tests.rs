@@ -1,0 +1,200 @@
+//! The tables of a small set of records made by hand, against text that was checked by hand, and in any order.
+
+use std::collections::BTreeMap;
+
+use proptest::prelude::*;
+use situ::edit::Edit;
+use situ::trace::{Branch, Counters, MatchedIn};
+
+use super::Kind;
+use crate::record::{Correction, Cost, Effort, Key, Outcome, Rate, Record, Run, StepSummary};
+
+fn effort(demonstrations: u32, keyframes: u32) -> Effort {
+    let seconds = 4.5 * f64::from(keyframes);
+    Effort { demonstrations, keyframes, seconds, metres: 0.25 * f64::from(keyframes) }
+}
+
+fn correction(edit_made: Edit, applicable: u32, update_seconds: f64) -> Correction {
+    let step = StepSummary {
+        reference: "cup".to_owned(),
+        applicable,
+        model_size: 4,
+        candidates: 1,
+        matched_in: MatchedIn::None,
+        branch: Branch::New,
+    };
+    Correction {
+        failure: "predicate lost".to_owned(),
+        last: "START".to_owned(),
+        effort: effort(1, 3),
+        edit_made,
+        nodes_added: u32::from(edit_made == Edit::NodeAddition),
+        edges_added: 0,
+        nodes_modified: 0,
+        nodes_merged: 0,
+        steps: vec![step],
+        counters: Counters {
+            hmm_fits: 4,
+            em_iterations: 30,
+            divergences: 1,
+            classifier_fits: 2,
+            ..Counters::default()
+        },
+        after: Some(Rate { successes: 9, rollouts: 10 }),
+        update_seconds,
+    }
+}
+
+fn run(method: &str, seed: u64, outcome: Outcome, demonstrations: u32, made: &[Edit]) -> Record {
+    let successes = if outcome == Outcome::Reached { 10 } else { 4 };
+    let counts = outcome.counts();
+    Record::Run(Run {
+        key: Key {
+            protocol: "quick".to_owned(),
+            task: "pour".to_owned(),
+            variation: "lid".to_owned(),
+            edit: Edit::NodeAddition,
+            teacher: "competent".to_owned(),
+            method: method.to_owned(),
+            seed,
+        },
+        outcome,
+        original: effort(2, 12),
+        before: counts.then_some(Rate { successes: 1, rollouts: 10 }),
+        after: counts.then_some(Rate { successes, rollouts: 10 }),
+        effort: effort(demonstrations, 3 * demonstrations),
+        corrections: made.iter().map(|edit| correction(*edit, 1 + seed as u32, 0.002)).collect(),
+        ended: BTreeMap::from([("goal".to_owned(), successes), ("time-out".to_owned(), 10 - successes)]),
+        original_rate: Some(Rate { successes: 10, rollouts: 10 }),
+        retained: None,
+    })
+}
+
+fn cost(method: &str, nodes: u32, seed: u64, work: u64, update_seconds: f64) -> Record {
+    Record::Cost(Cost {
+        protocol: "quick".to_owned(),
+        method: method.to_owned(),
+        nodes,
+        edit: Edit::EdgeAddition,
+        seed,
+        applicable: if method == "rebuild" { Vec::new() } else { vec![4] },
+        model_size: if method == "rebuild" { Vec::new() } else { vec![nodes] },
+        counters: Counters { hmm_fits: work, em_iterations: 5 * work, classifier_fits: 3, ..Counters::default() },
+        edit_made: Edit::EdgeAddition,
+        update_seconds,
+    })
+}
+
+/// Two methods of corrections and teaching from scratch, one untaught and one spoilt run; costs at three sizes.
+pub(crate) fn sample() -> Vec<Record> {
+    use Edit::{EdgeAddition, NodeAddition, None};
+    let mut records = vec![
+        run("situ", 0, Outcome::Reached, 1, &[NodeAddition]),
+        run("situ", 1, Outcome::Reached, 2, &[EdgeAddition, NodeAddition]),
+        run("situ", 2, Outcome::Spoilt { why: "NaN".to_owned() }, 0, &[]),
+        run("situ", 3, Outcome::Untaught, 0, &[]),
+        run("rebuild", 0, Outcome::Reached, 1, &[NodeAddition]),
+        run("rebuild", 1, Outcome::Censored, 5, &[None, None, None, None, NodeAddition]),
+        run("from_scratch", 0, Outcome::Reached, 4, &[]),
+        run("from_scratch", 1, Outcome::Reached, 8, &[]),
+        run("from_scratch", 3, Outcome::Untaught, 0, &[]),
+        run("no_update", 0, Outcome::NotApplicable, 0, &[]),
+    ];
+    for nodes in [10, 100, 1000] {
+        for seed in [0, 1] {
+            records.push(cost("situ", nodes, seed, 6, 0.001));
+            records.push(cost("rebuild", nodes, seed, 6 * u64::from(nodes), 0.001 * f64::from(nodes)));
+        }
+    }
+    records
+}
+
+fn all_text(records: &[Record]) -> String {
+    let tables = Kind::ALL.iter().flat_map(|kind| kind.tables(records));
+    tables.map(|table| table.to_markdown("situ-bench tables quick.jsonl") + "\n" + &table.to_csv() + "\n").collect()
+}
+
+#[test]
+fn the_tables_of_records_made_by_hand() {
+    insta::assert_snapshot!(all_text(&sample()));
+}
+
+#[test]
+fn what_the_tables_must_say() {
+    let text = |kind: Kind, index: usize| kind.tables(&sample())[index].to_csv();
+    let row = |text: &str, start: &str| {
+        let row = text.lines().find(|line| line.starts_with(start));
+        row.unwrap_or_else(|| panic!("no row {start} in\n{text}")).to_owned()
+    };
+    let field = |text: &str, start: &str, name: &str| {
+        let heads: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+        let index =
+            heads.iter().position(|head| *head == name).unwrap_or_else(|| panic!("no column {name} in {heads:?}"));
+        let mut reader =
+            csv::ReaderBuilder::new().has_headers(false).from_reader(row(text, start).into_bytes().leak() as &[u8]);
+        reader.records().next().unwrap().unwrap()[index].to_owned()
+    };
+    let t1 = text(Kind::Effort, 0);
+    let situ = "quick,pour,lid,node-addition,competent,situ,";
+    // Four seeds, one untaught and one spoilt; 1 and 2 demonstrations against 4 and 8 from scratch.
+    assert!(row(&t1, situ).starts_with(&format!("{situ}4,1,1,2,20,")), "{t1}");
+    assert_eq!(field(&t1, situ, "demonstrations"), "1.500000");
+    assert_eq!(field(&t1, situ, "demonstrations_ratio"), "0.250000");
+    assert_eq!(field(&t1, situ, "made_first"), "node-addition 1, edge-addition 1");
+    // A run that used its budget up makes the mean a lower bound.
+    let rebuild = "quick,pour,lid,node-addition,competent,rebuild,";
+    assert_eq!(
+        (field(&t1, rebuild, "demonstrations"), field(&t1, rebuild, "demonstrations_bound")),
+        ("3.000000".into(), "≥".into())
+    );
+    assert!(!t1.contains("no_update"), "a method that has nothing to do in a cell has no row");
+    let edits = text(Kind::Edits, 0);
+    let right = |name| field(&edits, "quick,rebuild,node-addition", name);
+    assert_eq!((right("first_right_successes"), right("first_right_n")), ("1".into(), "2".into()));
+    assert_eq!((right("all_right_successes"), right("all_right_n")), ("2".into(), "6".into()));
+    assert!(!edits.contains("from_scratch"), "teaching from scratch edits nothing");
+    let scaling = text(Kind::Cost, 1);
+    assert_eq!(field(&scaling, "quick,rebuild,edge-addition,100,", "hmm_fits_ratio"), "100.000000");
+    assert_eq!(field(&scaling, "quick,rebuild,edge-addition,100,", "ratio_wall"), "100.000000");
+    let slopes = text(Kind::Cost, 2);
+    assert_eq!(field(&slopes, "quick,rebuild,edge-addition,", "hmm_fits"), "1.000000");
+    assert_eq!(field(&slopes, "quick,situ,edge-addition,", "hmm_fits"), "0.000000");
+    assert_eq!(field(&slopes, "quick,situ,edge-addition,", "divergences"), "", "a cost of 0 has no slope");
+}
+
+#[test]
+fn no_record_gives_empty_tables() {
+    for table in Kind::ALL.iter().flat_map(|kind| kind.tables(&[])) {
+        assert!(table.is_empty() && table.to_csv().lines().count() == 1, "{}", table.id());
+    }
+}
+
+#[test]
+fn clocks_are_only_in_columns_named_so() {
+    let without: Vec<Record> = sample().iter().map(Record::without_times).collect();
+    for (with, without) in
+        Kind::ALL.iter().flat_map(|kind| kind.tables(&sample()).into_iter().zip(kind.tables(&without)))
+    {
+        let (with, without) = (with.to_csv(), without.to_csv());
+        let exact = |text: &str| {
+            let mut reader = csv::Reader::from_reader(text.as_bytes());
+            let keep: Vec<bool> = reader.headers().unwrap().iter().map(|name| !name.ends_with("_wall")).collect();
+            assert!(keep.is_sorted_by(|left, right| left >= right), "columns of the clock come last");
+            let rows = reader.records().map(|row| {
+                row.unwrap().iter().zip(&keep).filter(|pair| *pair.1).map(|pair| pair.0.to_owned()).collect::<Vec<_>>()
+            });
+            rows.collect::<Vec<_>>()
+        };
+        assert_eq!(exact(&with), exact(&without));
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 16, ..ProptestConfig::default() })]
+
+    /// The bytes of a table do not depend on the order in which runs finished.
+    #[test]
+    fn the_order_of_the_records_does_not_matter(shuffled in Just(sample()).prop_shuffle()) {
+        prop_assert_eq!(all_text(&shuffled), all_text(&sample()));
+    }
+}
