@@ -7,8 +7,8 @@ use situ_sim::{Beads, Gripper, MAX_OPENING, MAX_SQUEEZE, Magnet, Pose, World, po
 use crate::error::TaskError;
 use crate::feature::{Observable, Schema};
 use crate::file::{
-    BeadsFile, EventFile, InterventionFile, KeyframeFile, MagnetFile, ObjectFile, SkillFile, StartFile, TaskFile,
-    VariationFile,
+    BeadsFile, EventFile, InterventionFile, KeyframeFile, MagnetFile, ObjectFile, ShapeFile, SkillFile, StartFile,
+    TaskFile, VariationFile,
 };
 use crate::key::{Document, Key};
 use crate::predicate::{GRIPPER, Predicate, Role};
@@ -19,6 +19,9 @@ use crate::start::BORDER;
 
 /// Names that mean something else where objects and skills are named.
 const RESERVED: [&str; 6] = [GRIPPER, "table", "hand", BORDER, "start", "end"];
+
+/// How many flat walls a cup may have: the physics builds no others.
+const SIDES: std::ops::RangeInclusive<u32> = 3..=64;
 
 /// Builds the settings of one file.
 pub(crate) struct Builder<'a> {
@@ -252,6 +255,12 @@ impl<'a> Builder<'a> {
         for (key, object) in files {
             for (key, value) in shape::positive_numbers(&object.shape, &key.field("shape")) {
                 self.check_positive(&key, value)?;
+            }
+            if let ShapeFile::Cup { sides, .. } = object.shape
+                && !SIDES.contains(&sides)
+            {
+                let key = key.field("shape").field("cup").field("sides");
+                return self.wrong(&key, format!("{sides}: expected {} to {} sides", SIDES.start(), SIDES.end()));
             }
             let start = self.start(&key.field("start"), &object.start, &placed)?;
             let (body, size) = shape::body(object);

@@ -66,12 +66,7 @@ impl<'a> Document<'a> {
     pub(crate) fn parse(text: &'a str, file: &Path) -> Result<Document<'a>, TaskError> {
         match DeTable::parse(text) {
             Ok(tree) => Ok(Document { file: file.to_owned(), text, tree: tree.into_inner() }),
-            Err(error) => {
-                // What could be read tells the key that is nearest to the mistake.
-                let (tree, _) = DeTable::parse_recoverable(text);
-                let document = Document { file: file.to_owned(), text, tree: tree.into_inner() };
-                Err(document.serde_error(&error))
-            }
+            Err(error) => Err(syntax_error(text, file, &error)),
         }
     }
 
@@ -100,8 +95,7 @@ impl<'a> Document<'a> {
     }
 
     fn error_at(&self, start: usize, key: String, expected: String) -> TaskError {
-        let before = self.text.as_bytes().get(..start).unwrap_or_default();
-        let line = 1 + before.iter().filter(|&&byte| byte == b'\n').count();
+        let line = line_of(self.text, start);
         TaskError::File { file: self.file.clone(), line, key, expected }
     }
 
@@ -127,6 +121,21 @@ impl<'a> Document<'a> {
         }
         span
     }
+}
+
+/// The error of the parser. There is no tree to look the key up in, so it is what stands before the `=` of the line.
+fn syntax_error(text: &str, file: &Path, error: &toml::de::Error) -> TaskError {
+    let start = error.span().map_or(0, |span| span.start);
+    let line = line_of(text, start);
+    let words = text.lines().nth(line - 1).unwrap_or_default();
+    let key = words.split('=').next().unwrap_or_default().trim().to_owned();
+    TaskError::File { file: file.to_owned(), line, key, expected: error.message().to_owned() }
+}
+
+/// The number of the line, from 1, that holds the byte `start`.
+fn line_of(text: &str, start: usize) -> usize {
+    let before = text.as_bytes().get(..start).unwrap_or_default();
+    1 + before.iter().filter(|&&byte| byte == b'\n').count()
 }
 
 /// The key of the smallest entry around `place`.
