@@ -7,12 +7,14 @@
 //! always be separated, and plain maximum likelihood would diverge.
 
 mod cholesky;
-mod solve;
+mod dual;
+mod primal;
+mod problem;
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use solve::Problem;
+use problem::Problem;
 
 /// What a label is regressed on (decision D2c).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -160,24 +162,22 @@ pub fn fit(
             return Err(LogisticError::NotFinite { sample, feature });
         }
     }
-    let (mut weights, mut intercept) = (vec![0.0; dimension], 0.0);
+    let mut start = LogisticFit { weights: vec![0.0; dimension], intercept: 0.0, iterations: 0, converged: false };
     if let Some(warm) = warm {
         same("the start's weights", warm.weights.len(), dimension)?;
         if warm.weights.iter().chain([&warm.intercept]).all(|value| value.is_finite()) {
-            weights.copy_from_slice(&warm.weights);
-            intercept = warm.intercept;
+            start.weights.copy_from_slice(&warm.weights);
+            start.intercept = warm.intercept;
         }
     }
+    let (targets, shares) = parameters.targets_and_shares(labels);
+    let problem = Problem { rows, targets: &targets, shares: &shares, ridge: parameters.ridge };
     let dual = match parameters.path {
         Path::Auto => rows.len() < dimension,
         Path::Primal => false,
         Path::Dual => true,
     };
-    let (targets, shares) = parameters.targets_and_shares(labels);
-    let problem = Problem { rows, targets: &targets, shares: &shares, ridge: parameters.ridge };
-    let (iterations, converged) =
-        problem.minimise(&mut weights, &mut intercept, dual, parameters.tolerance, parameters.max_iterations)?;
-    Ok(LogisticFit { weights, intercept, iterations, converged })
+    if dual { dual::minimise(&problem, start, parameters) } else { primal::minimise(&problem, start, parameters) }
 }
 
 /// The objective that [`fit`] minimises, and its gradient: the weights' components, then the intercept's.
@@ -191,7 +191,7 @@ pub fn objective(
     let (targets, shares) = parameters.targets_and_shares(labels);
     let problem = Problem { rows, targets: &targets, shares: &shares, ridge: parameters.ridge };
     let odds = problem.log_odds(weights, intercept);
-    (problem.objective(weights, &odds), problem.gradient(weights, &odds))
+    (problem.objective(&odds, dot(weights, weights)), problem.gradient(weights, &odds))
 }
 
 impl LogisticParameters {

@@ -1,0 +1,169 @@
+//! Ridge logistic regression: scikit-learn's minima, the gradient by finite differences, both dimensions of the step.
+
+use proptest::prelude::*;
+use serde::Deserialize;
+use situ::keyframe::logistic::{LogisticError, LogisticFit, LogisticParameters, Path, Targets, fit, objective};
+
+#[derive(Deserialize)]
+struct Case {
+    rows: Vec<Vec<f64>>,
+    labels: Vec<bool>,
+    ridge: f64,
+    balanced: bool,
+    positive: f64,
+    negative: f64,
+    weights: Vec<f64>,
+    intercept: f64,
+    probabilities: Vec<f64>,
+}
+
+fn slices(rows: &[Vec<f64>]) -> Vec<&[f64]> {
+    rows.iter().map(Vec::as_slice).collect()
+}
+
+fn same(found: &LogisticFit, weights: &[f64], intercept: f64, tolerance: f64) -> bool {
+    let pairs = found.weights.iter().zip(weights).chain([(&found.intercept, &intercept)]);
+    pairs.into_iter().all(|(found, expected)| (found - expected).abs() <= tolerance * expected.abs().max(1.0))
+}
+
+#[test]
+fn the_coefficients_are_those_of_scikit_learn() {
+    let cases: Vec<Case> =
+        serde_json::from_str(include_str!("../data/logistic.json")).expect("minted by the script beside it");
+    for (index, case) in cases.iter().enumerate() {
+        for path in [Path::Primal, Path::Dual, Path::Auto] {
+            let parameters = LogisticParameters {
+                ridge: case.ridge,
+                balanced: case.balanced,
+                targets: Targets::Fixed { positive: case.positive, negative: case.negative },
+                tolerance: 1e-14,
+                path,
+                ..LogisticParameters::default()
+            };
+            let rows = slices(&case.rows);
+            let found = fit(&rows, &case.labels, &parameters, None).expect("fits");
+            assert!(same(&found, &case.weights, case.intercept, 1e-9), "case {index}, {path:?}: {found:?}");
+            for (row, expected) in rows.iter().zip(&case.probabilities) {
+                assert!((found.probability(row) - expected).abs() < 1e-10);
+            }
+        }
+    }
+}
+
+/// Rows and labels of any shape, more features than samples or fewer, one class missing or not.
+fn data() -> impl Strategy<Value = (Vec<Vec<f64>>, Vec<bool>)> {
+    (1_usize..14, 1_usize..14).prop_flat_map(|(n, d)| {
+        (prop::collection::vec(prop::collection::vec(-3.0..3.0, d), n), prop::collection::vec(any::<bool>(), n))
+    })
+}
+
+fn parameters() -> impl Strategy<Value = LogisticParameters> {
+    let targets = prop_oneof![Just(Targets::Platt), Just(Targets::Fixed { positive: 0.95, negative: 0.05 })];
+    (1e-3..0.5, any::<bool>(), targets).prop_map(|(ridge, balanced, targets)| LogisticParameters {
+        ridge,
+        balanced,
+        targets,
+        tolerance: 1e-12,
+        ..LogisticParameters::default()
+    })
+}
+
+proptest! {
+    #[test]
+    fn the_gradient_is_the_slope((rows, labels) in data(), parameters in parameters(), at in prop::collection::vec(-2.0..2.0, 14)) {
+        let rows = slices(&rows);
+        let d = rows[0].len();
+        let (weights, intercept) = (&at[..d], at[13]);
+        let (_, gradient) = objective(&rows, &labels, &parameters, weights, intercept);
+        const STEP: f64 = 1e-5;
+        for axis in 0..=d {
+            let moved = |step: f64| {
+                let mut weights = weights.to_vec();
+                let mut intercept = intercept;
+                *weights.get_mut(axis).unwrap_or(&mut intercept) += step;
+                objective(&rows, &labels, &parameters, &weights, intercept).0
+            };
+            let slope = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
+            prop_assert!((gradient[axis] - slope).abs() < 1e-8 * slope.abs().max(1.0), "axis {axis}: {slope}");
+        }
+    }
+
+    /// One minimum, whichever way: both dimensions, cold and warm, and rows in another order.
+    #[test]
+    fn every_way_finds_the_same_minimum((rows, labels) in data(), parameters in parameters(), warm in prop::collection::vec(-4.0..4.0, 14)) {
+        let views = slices(&rows);
+        let by = |path, warm: Option<&LogisticFit>| {
+            fit(&views, &labels, &LogisticParameters { path, ..parameters }, warm).expect("fits")
+        };
+        let primal = by(Path::Primal, None);
+        prop_assert!(primal.converged);
+        let (_, gradient) = objective(&views, &labels, &parameters, &primal.weights, primal.intercept);
+        prop_assert!(gradient.iter().all(|component| component.abs() <= parameters.tolerance));
+        let start = LogisticFit {
+            weights: warm[..views[0].len()].to_vec(),
+            intercept: warm[13],
+            iterations: 0,
+            converged: false,
+        };
+        for other in [by(Path::Dual, None), by(Path::Primal, Some(&start)), by(Path::Dual, Some(&start))] {
+            prop_assert!(other.converged);
+            prop_assert!(same(&other, &primal.weights, primal.intercept, 1e-8), "{other:?} is not {primal:?}");
+        }
+        prop_assert_eq!(by(Path::Dual, Some(&primal)).iterations, 0);
+        let reversed: Vec<&[f64]> = views.iter().rev().copied().collect();
+        let other_labels: Vec<bool> = labels.iter().rev().copied().collect();
+        let reversed = fit(&reversed, &other_labels, &parameters, None).expect("fits");
+        prop_assert!(same(&reversed, &primal.weights, primal.intercept, 1e-8));
+    }
+}
+
+/// The intercept is not penalised: with one class only, the target is reached exactly and no weight is needed.
+#[test]
+fn one_class_alone_gives_its_target() {
+    let rows = [[1.0, 2.0, 0.5], [0.5, -1.0, 2.0]];
+    let rows: Vec<&[f64]> = rows.iter().map(<[f64; 3]>::as_slice).collect();
+    for path in [Path::Primal, Path::Dual] {
+        let parameters = LogisticParameters { path, tolerance: 1e-13, ..LogisticParameters::default() };
+        let found = fit(&rows, &[true, true], &parameters, None).expect("fits");
+        assert!((found.intercept - (0.95_f64 / 0.05).ln()).abs() < 1e-10, "{found:?}");
+        assert!(found.weights.iter().all(|weight| weight.abs() < 1e-10));
+    }
+}
+
+/// Far from the minimum a sigmoid is flat, and a plain Newton step from there would leap off.
+#[test]
+fn a_bad_start_and_large_features_still_converge() {
+    let rows: Vec<Vec<f64>> = (0..12).map(|at| vec![100.0 * f64::from(at), 50.0 - f64::from(at * at)]).collect();
+    let labels: Vec<bool> = (0..12).map(|at| at >= 6).collect();
+    let start = LogisticFit { weights: vec![3.0, -5.0], intercept: 1000.0, iterations: 0, converged: false };
+    for path in [Path::Primal, Path::Dual] {
+        let parameters =
+            LogisticParameters { path, tolerance: 1e-6, max_iterations: 500, ..LogisticParameters::default() };
+        let cold = fit(&slices(&rows), &labels, &parameters, None).expect("fits");
+        let warm = fit(&slices(&rows), &labels, &parameters, Some(&start)).expect("fits");
+        assert!(cold.converged, "{path:?}: {cold:?}");
+        assert!(warm.converged, "{path:?}: {warm:?}");
+        assert!(cold.probability(&rows[11]) > 0.9 && cold.probability(&rows[0]) < 0.1);
+    }
+}
+
+#[test]
+fn probabilities_do_not_overflow() {
+    let sure = LogisticFit { weights: vec![1.0], intercept: 0.0, iterations: 0, converged: true };
+    assert_eq!(sure.probability(&[1e6]), 1.0);
+    assert_eq!(sure.probability(&[-1e6]), 0.0);
+    assert_eq!(sure.probability(&[0.0]), 0.5);
+}
+
+#[test]
+fn what_cannot_be_fitted_is_refused() {
+    let parameters = LogisticParameters::default();
+    assert_eq!(fit(&[], &[], &parameters, None), Err(LogisticError::NoSample));
+    let length = |what, found, expected| Err(LogisticError::Length { what, found, expected });
+    assert_eq!(fit(&[&[1.0]], &[], &parameters, None), length("labels", 0, 1));
+    assert_eq!(fit(&[&[1.0], &[1.0, 2.0]], &[true, false], &parameters, None), length("a row", 2, 1));
+    let broken = fit(&[&[1.0], &[f64::NAN]], &[true, false], &parameters, None);
+    assert_eq!(broken, Err(LogisticError::NotFinite { sample: 1, feature: 0 }));
+    let wrong = LogisticParameters { ridge: 0.0, ..parameters };
+    assert!(matches!(fit(&[&[1.0]], &[true], &wrong, None), Err(LogisticError::Parameter { parameter: "ridge", .. })));
+}
