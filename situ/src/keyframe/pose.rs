@@ -4,7 +4,7 @@
 //! Zeestraten et al., RA-L 2017; Calinon 2019). The position part is the plain difference in metres; the rotation part is the
 //! rotation vector, in the frame of the base, that turns the base into the pose.
 
-use nalgebra::{Quaternion, SVector, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix4, Quaternion, SVector, Translation3, UnitQuaternion, Vector3};
 
 use crate::demonstration::Pose;
 
@@ -17,8 +17,8 @@ const SMALL_ANGLE: f64 = 1e-8;
 const MEAN_TOLERANCE: f64 = 1e-9;
 /// Steps of the mean at most. It converges in two or three where the rotations are within a right angle.
 const MEAN_STEPS: usize = 10;
-/// A sum of unit quaternions shorter than this share of its weight has no direction worth following.
-const DEGENERATE_SUM: f64 = 1e-6;
+/// Squarings of the matrix whose dominant axis starts the mean: its 2¹⁶th power tells axes apart that differ by 10⁻⁴.
+const SQUARINGS: usize = 16;
 
 /// The rotation vector of a unit quaternion, radians, at most π long. The same for q and −q.
 pub fn rotation_log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
@@ -64,25 +64,28 @@ pub fn exp(base: &Pose, tangent: &Tangent) -> Pose {
 ///
 /// `weights` are not negative, one a pose. The identity where there is no weight at all.
 pub fn karcher_mean(poses: &[Pose], weights: &[f64]) -> Pose {
-    let mut heaviest = 0;
-    for (index, weight) in weights.iter().enumerate() {
-        if *weight > weights[heaviest] {
-            heaviest = index;
+    // The dominant axis of Σ w q qᵀ (Markley et al. 2007) is a start that depends neither on the order of the poses nor on
+    // the signs of their quaternions. Squaring the matrix brings it out.
+    let mut axes = Matrix4::zeros();
+    for (pose, weight) in poses.iter().zip(weights) {
+        let quaternion = pose.rotation.coords;
+        axes += quaternion * quaternion.transpose() * *weight;
+    }
+    for _ in 0..SQUARINGS {
+        let trace = axes.trace();
+        if trace <= 0.0 {
+            return Pose::identity();
+        }
+        axes /= trace;
+        axes *= axes;
+    }
+    let mut longest = 0;
+    for column in 1..4 {
+        if axes[(column, column)] > axes[(longest, longest)] {
+            longest = column;
         }
     }
-    let Some(anchor) = poses.get(heaviest) else { return Pose::identity() };
-    // The chordal mean is a start that does not depend on the order of the poses, but for rounding.
-    let anchor_quaternion = anchor.rotation.quaternion();
-    let mut sum = Quaternion::new(0.0, 0.0, 0.0, 0.0);
-    let mut total = 0.0;
-    for (pose, weight) in poses.iter().zip(weights) {
-        let quaternion = pose.rotation.quaternion();
-        let sign = if anchor_quaternion.coords.dot(&quaternion.coords) < 0.0 { -*weight } else { *weight };
-        sum += quaternion * sign;
-        total += weight;
-    }
-    let degenerate = libm::sqrt(sum.coords.dot(&sum.coords)) <= DEGENERATE_SUM * total;
-    let start = if degenerate { anchor.rotation } else { unit(sum) };
+    let start = unit(Quaternion::from(axes.column(longest).into_owned()));
     karcher_mean_from(&start, poses, weights)
 }
 

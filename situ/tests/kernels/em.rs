@@ -31,20 +31,22 @@ fn every_number_is_finite(hmm: &Hmm) -> bool {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Where rotations are equal, no step lowers the objective: with any noise, number of states, floor or topology, with
-    /// gripper commands and without. (The log likelihood alone does fall: hmmlearn's falls too, in `tests/data`.)
+    /// With any noise, number of states, floor or topology, with rotations and gripper commands and without. (The log
+    /// likelihood alone does fall: hmmlearn's falls too, in `tests/data`.) Without the guard of the means, 16 000 of
+    /// 420 000 steps lowered it on passes with 15° and 5 cm of noise and fewer states than waypoints, the worst by 15 nats.
     #[test]
-    fn positions_alone_never_lower_the_objective(
+    fn no_step_lowers_the_objective(
         seed in any::<u64>(),
         sequences in 1_usize..6,
         waypoints in 1_usize..5,
         states in 1_usize..7,
         noise in 0.001..0.2,
+        turns in prop_oneof![Just(0.0), 0.01..1.0],
         floor in prop_oneof![Just(0.0), Just(1e-3), Just(0.2)],
         skip in any::<bool>(),
         gripper in any::<bool>(),
     ) {
-        let mut data = passes(seed, sequences, waypoints, noise, 0.0);
+        let mut data = passes(seed, sequences, waypoints, noise, turns);
         if !gripper {
             data.iter_mut().flatten().for_each(|frame| frame.gripper = None);
         }
@@ -58,15 +60,6 @@ proptest! {
                 prop_assert!(greatest_fall(&fit) <= 1e-9, "{:?}", fit.objectives);
             }
         }
-    }
-
-    /// With rotations the step is a maximum up to the curvature of the rotations: falls stay below a ten-thousandth of the
-    /// objective with noise of 15° (greatest seen in 20 000 draws: see `FALL`).
-    #[test]
-    fn rotations_hardly_lower_the_objective(seed in any::<u64>(), sequences in 1_usize..6, states in 1_usize..7) {
-        let data = passes(seed, sequences, 4, 0.01, 15_f64.to_radians());
-        let fit = fit(&data, states, &HmmParameters { tolerance: 0.0, ..HmmParameters::default() });
-        prop_assert!(greatest_fall(&fit) <= FALL, "{:?}", fit.objectives);
     }
 
     /// Every row with its end sums to 1, no open way is below the floor, no shut way is above 0.
@@ -108,9 +101,6 @@ proptest! {
         }
     }
 }
-
-/// Greatest relative fall allowed with rotations.
-const FALL: f64 = 1e-4;
 
 #[test]
 fn a_sampled_model_is_recovered() {

@@ -99,9 +99,13 @@ impl Emission {
                 trace += self.whitening[(row, column)] * self.whitening[(row, column)] * floor * floor;
             }
         }
-        let log_determinant = -2.0 * self.log_normaliser - DIMENSIONS * libm::log(2.0 * PI);
         let gripper = self.gripper.map_or(0.0, |gripper| gripper.log_prior(parameters));
-        gripper - 0.5 * parameters.prior_weight * (log_determinant + trace)
+        gripper - 0.5 * parameters.prior_weight * (self.log_determinant() + trace)
+    }
+
+    /// log |Σ|.
+    pub(super) fn log_determinant(&self) -> f64 {
+        -2.0 * self.log_normaliser - DIMENSIONS * libm::log(2.0 * PI)
     }
 }
 

@@ -27,10 +27,9 @@ pub struct Fit {
     /// The objective that re-estimation climbs, at the same moments: the log likelihood plus the log prior of the
     /// covariances and of the gripper commands, but for constants.
     ///
-    /// Where all rotations are equal no re-estimation lowers it, but for rounding. With rotations it can fall: the weighted
-    /// mean on the manifold maximises the expected log density exactly only where the rotation block of Σ is isotropic or
-    /// the residuals are small, since the logarithm's derivative with respect to its base is not −1. The effect is of the
-    /// order of the residual angle squared.
+    /// No re-estimation lowers it, but for rounding; the log likelihood alone can fall. With rotations that holds because
+    /// of a guard: the weighted mean on the manifold need not be the best mean for a full covariance, and where it is worse
+    /// than the mean before, each with its own best covariance, that one is kept for this step.
     pub objectives: Vec<f64>,
     /// Expected number of frames in each state under the model, shape (K).
     pub occupancy: Vec<f64>,
@@ -271,30 +270,41 @@ impl Workspace {
                 }
             }
             let emission = &mut hmm.emissions[state];
-            let mean = if first {
-                karcher_mean(&self.own_poses, &self.own_weights)
-            } else {
-                karcher_mean_from(&emission.mean.rotation, &self.own_poses, &self.own_weights)
-            };
-            let mut scatter = Matrix6::zeros();
-            for (pose, weight) in self.own_poses.iter().zip(&self.own_weights) {
-                let residual = log(&mean, pose);
-                for column in 0..6 {
-                    let weighted = weight * residual[column];
-                    for row in column..6 {
-                        scatter[(row, column)] += weighted * residual[row];
-                    }
-                }
-            }
-            scatter.fill_upper_triangle_with_lower_triangle();
-            let covariance = (scatter + prior) / (total + parameters.prior_weight);
             let mut gripper = emission.gripper;
             if let Some(gripper) = &mut gripper {
                 gripper.estimate(self.own_commands.iter().copied(), EMPTY_STATE, parameters);
             }
-            *emission = Emission::new(mean, covariance, scatter / total, gripper)?;
+            let about = |mean: Pose| {
+                let scatter = self.scatter_about(&mean);
+                let covariance = (scatter + prior) / (total + parameters.prior_weight);
+                Emission::new(mean, covariance, scatter / total, gripper)
+            };
+            *emission = if first {
+                about(karcher_mean(&self.own_poses, &self.own_weights))?
+            } else {
+                let moved = about(karcher_mean_from(&emission.mean.rotation, &self.own_poses, &self.own_weights))?;
+                let stayed = about(emission.mean)?;
+                // With the best covariance for each mean, the objective is lower where the determinant is greater.
+                if stayed.log_determinant() < moved.log_determinant() { stayed } else { moved }
+            };
         }
         Ok(())
+    }
+
+    /// Σ γ r rᵀ of the state's own frames, r the residual in the tangent space at `mean`.
+    fn scatter_about(&self, mean: &Pose) -> Matrix6<f64> {
+        let mut scatter = Matrix6::zeros();
+        for (pose, weight) in self.own_poses.iter().zip(&self.own_weights) {
+            let residual = log(mean, pose);
+            for column in 0..6 {
+                let weighted = weight * residual[column];
+                for row in column..6 {
+                    scatter[(row, column)] += weighted * residual[row];
+                }
+            }
+        }
+        scatter.fill_upper_triangle_with_lower_triangle();
+        scatter
     }
 
     /// Starts, transitions and ends, from the expected counts.
