@@ -36,6 +36,8 @@ fn update_time(criterion: &mut Criterion) {
             for edit in EDITS {
                 let cost = subject.measure("update_time", edit).expect("the correction is learned");
                 assert_eq!(cost.edit_made, edit, "{name} at {nodes} nodes: a wrong result is not timed");
+                let work = cost.counters.named().map(|(counter, value)| format!("{counter} {value}"));
+                println!("{edit}, {name} at {nodes} nodes: |Z| {:?}, {}", cost.applicable, work.join(", "));
                 let planted = subject.automaton().plant(edit, SEED).expect("a correction");
                 let last = planted.last(&subject.learned().graph()).expect("a node");
                 let mut group = criterion.benchmark_group(format!("{edit}"));

@@ -93,6 +93,14 @@ fn what_is_rendered_is_read_back() {
     assert_eq!(render(&again.demonstration, &again.schema, again.after.as_ref()), text);
 }
 
+#[test]
+fn a_quaternion_that_is_nearly_a_unit_is_made_one() {
+    let text = fs::read_to_string(example(FIRST)).unwrap();
+    let near = text.replacen("[0.0, 1.0, 0.0, 0.0]", "[0.0, 1.0009, 0.0, 0.0]", 1);
+    let near = DemonstrationFile::parse(near, &example(FIRST)).unwrap();
+    assert_eq!(near.demonstration, read(FIRST).demonstration);
+}
+
 /// A mistake: the file, the text it replaces (once), the line it then stands in, and what the message must say.
 struct Mistake {
     file: &'static str,
