@@ -51,6 +51,3 @@ pub use task::Task;
 
 /// The words of the physics that an episode's users need, so that they need not know the physics.
 pub use situ_sim::{Gripper, MotionEnd, Pose, World};
-
-/// The hand's words, for those who know tasks but not the physics beneath them.
-pub use situ_sim::{Gripper, MotionEnd, World};
