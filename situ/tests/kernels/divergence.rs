@@ -84,6 +84,7 @@ fn sampling_is_its_seed() {
     assert_eq!(monte_carlo(&p, &q, 100, 3), monte_carlo(&p, &q, 100, 3));
     assert_ne!(monte_carlo(&p, &q, 100, 3), monte_carlo(&p, &q, 100, 4));
     assert_eq!(monte_carlo(&p, &p, 100, 3).mean, 0.0);
+    assert_eq!(monte_carlo(&p, &q, 1, 3).standard_error, f64::INFINITY);
     // q cannot do what p does.
     let mut shut = q.clone();
     (shut.transition[0], shut.transition[1]) = (0.0, 1.0);
@@ -212,4 +213,25 @@ fn the_divergence_of_poses_is_what_sampling_finds() {
     let mean = draws.iter().sum::<f64>() / SAMPLES as f64;
     let variance = draws.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / SAMPLES as f64;
     assert!((mean - p.kl(&q)).abs() < 5.0 * (variance / SAMPLES as f64).sqrt() + 0.01 * mean, "{mean} {}", p.kl(&q));
+}
+
+/// Draws have the mean and the whole covariance of the emission, its correlations too.
+#[test]
+fn draws_have_the_covariance_of_the_emission() {
+    let mut root =
+        Matrix6::from_fn(|row, column| if row == column { 0.1 } else { 0.02 * (row as f64 - column as f64) });
+    root[(4, 1)] = -0.1;
+    let p = emission(pose_of([0.1, 0.2, 0.3], [1.0, 0.5, -2.0]), root * root.transpose());
+    let mut rng = ChaCha8Rng::seed_from_u64(2);
+    let draws: Vec<Tangent> = (0..SAMPLES).map(|_| log(&p.mean, &p.sample(&mut rng).pose)).collect();
+    let found = draws.iter().map(|draw| draw * draw.transpose()).sum::<Matrix6<f64>>() / SAMPLES as f64;
+    let mean = draws.iter().sum::<Tangent>() / SAMPLES as f64;
+    assert!(p.mahalanobis_squared(&mean) < 22.5 / SAMPLES as f64, "beyond the 99.9th percentile of χ²₆");
+    for row in 0..6 {
+        for column in 0..6 {
+            let scale = (p.covariance[(row, row)] * p.covariance[(column, column)]).sqrt();
+            let error = (found - p.covariance)[(row, column)] / scale;
+            assert!(error.abs() < 5.0 * (2.0 / SAMPLES as f64).sqrt(), "{row}, {column}: {error}");
+        }
+    }
 }

@@ -7,25 +7,16 @@ impl<E> Hmm<E> {
     /// ends.
     pub fn expected_visits(&self) -> Vec<f64> {
         let k = self.states();
-        // (I − A)ᵀ n = π by elimination with row exchange.
+        // (I − A)ᵀ n = π by elimination. No rows are exchanged: rows of A sum to at most 1, so in every column the diagonal
+        // outweighs the rest, and elimination keeps that.
         let mut matrix: Vec<f64> = (0..k * k)
             .map(|at| f64::from(u8::from(at / k == at % k)) - self.transition[(at % k) * k + at / k])
             .collect();
         let mut visits = self.initial.clone();
         for column in 0..k {
-            let mut pivot = column;
-            for row in column + 1..k {
-                if matrix[row * k + column].abs() > matrix[pivot * k + column].abs() {
-                    pivot = row;
-                }
-            }
-            if matrix[pivot * k + column].abs() < f64::EPSILON {
+            if matrix[column * k + column] < f64::EPSILON {
                 return vec![f64::INFINITY; k];
             }
-            for at in 0..k {
-                matrix.swap(column * k + at, pivot * k + at);
-            }
-            visits.swap(column, pivot);
             for row in column + 1..k {
                 let factor = matrix[row * k + column] / matrix[column * k + column];
                 for at in column..k {
