@@ -45,9 +45,9 @@ impl fmt::Display for Edit {
     }
 }
 
-/// A primitive counts as modified where its execution moved by more than this somewhere, metres: more than what a few
-/// more demonstrations with a novice's noise move a mean, less than the 8 cm of a near-variant.
-pub const MODIFIED_METRES: f64 = 0.04;
+/// A primitive counts as modified where its execution moved by more than this somewhere, metres: more than what one
+/// spurious keyframe among four demonstrations moves a mean, less than the 8 cm of a near-variant.
+pub const MODIFIED_METRES: f64 = 0.06;
 
 /// Length that a radian counts in a displacement, metres: about the reach of a held object from the gripper.
 const METRES_PER_RADIAN: f64 = 0.1;

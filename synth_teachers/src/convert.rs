@@ -9,7 +9,7 @@ use situ_tasks::{Episode, Setting};
 /// # Errors
 /// Where the setting's schema breaks a rule of the learner's.
 pub fn schema(setting: &Setting) -> Result<Schema, SituError> {
-    let features = setting.schema.features().iter();
+    let features = setting.schema.features.iter();
     Schema::new(features.map(|feature| Feature { name: feature.name.clone(), scale: feature.scale }).collect())
 }
 
@@ -19,18 +19,18 @@ pub fn observe(episode: &Episode) -> State {
 }
 
 /// A gripper command as the learner sees it.
-pub fn observed_gripper(command: situ_sim::Gripper) -> Gripper {
+pub fn observed_gripper(command: situ_tasks::Gripper) -> Gripper {
     match command {
-        situ_sim::Gripper::Open(metres) => Gripper::Open(metres),
-        situ_sim::Gripper::Close(newtons) => Gripper::Close(newtons),
+        situ_tasks::Gripper::Open(metres) => Gripper::Open(metres),
+        situ_tasks::Gripper::Close(newtons) => Gripper::Close(newtons),
     }
 }
 
 /// A learned gripper command for the hand; `stroke` is the hand's greatest opening, metres.
-pub fn gripper_command(gripper: Gripper, stroke: f64) -> situ_sim::Gripper {
+pub fn gripper_command(gripper: Gripper, stroke: f64) -> situ_tasks::Gripper {
     match gripper {
-        Gripper::Opening(fraction) => situ_sim::Gripper::Open(fraction.clamp(0.0, 1.0) * stroke),
-        Gripper::Open(metres) => situ_sim::Gripper::Open(metres),
-        Gripper::Close(newtons) => situ_sim::Gripper::Close(newtons),
+        Gripper::Opening(fraction) => situ_tasks::Gripper::Open(fraction.clamp(0.0, 1.0) * stroke),
+        Gripper::Open(metres) => situ_tasks::Gripper::Open(metres),
+        Gripper::Close(newtons) => situ_tasks::Gripper::Close(newtons),
     }
 }

@@ -16,6 +16,8 @@ pub struct KeyframeClassifier {
     pub(super) fit: LogisticFit,
     /// Mean of the scaled positives, one number a feature.
     pub(super) centre: Vec<f64>,
+    /// Unit of each feature in the regression, in scaled units, and its origin (decision D16).
+    pub(super) units: Vec<(f64, f64)>,
     /// Greatest root mean square scaled distance to the centre at which it is activated; infinite where unbounded.
     pub(super) radius: f64,
     #[serde(skip)]
@@ -43,14 +45,26 @@ pub(super) fn lifted(lift: Lift, scaled: &[f64], centre: &[f64]) -> Vec<f64> {
     row.into_iter().map(|value: f64| value / norm).collect()
 }
 
+/// Scaled values in the classifier's own units.
+pub(super) fn standardised(scaled: &[f64], units: &[(f64, f64)]) -> Vec<f64> {
+    scaled.iter().zip(units).map(|(value, (origin, unit))| (value - origin) / unit).collect()
+}
+
+impl KeyframeClassifier {
+    fn confidence(&self, scaled: &[f64]) -> f64 {
+        let centre = standardised(&self.centre, &self.units);
+        self.fit.probability(&lifted(self.lift, &standardised(scaled, &self.units), &centre))
+    }
+}
+
 impl Initiation for KeyframeClassifier {
     fn probability(&self, state: &State) -> f64 {
-        self.fit.probability(&lifted(self.lift, &scaled(state, &self.scales), &self.centre))
+        self.confidence(&scaled(state, &self.scales))
     }
 
     fn is_applicable(&self, state: &State) -> bool {
         let scaled = scaled(state, &self.scales);
         squared_distance(&scaled, &self.centre) <= self.radius * self.radius
-            && self.fit.probability(&lifted(self.lift, &scaled, &self.centre)) >= 0.5
+            && self.confidence(&scaled) >= 0.5
     }
 }

@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::classifier::{KeyframeClassifier, lifted, scaled, squared_distance};
+use super::classifier::{KeyframeClassifier, lifted, scaled, squared_distance, standardised};
 use super::cluster::average_linkage;
 use super::divergence::{cross_likelihood, monte_carlo, transient_bound};
 use super::hmm::{Hmm, HmmParameters, Observation};
 use super::interpolate::resample;
 use super::logistic;
-use super::parameters::{Activation, Compared, Cut, Divergence, KeyframeParameters, States};
+use super::parameters::{Activation, Compared, Cut, Divergence, KeyframeParameters, Standardisation, States};
 use super::policy::KeyframePolicy;
 use crate::demonstration::{Pose, Schema, Segment, State};
 use crate::error::SituError;
@@ -140,9 +140,40 @@ impl KeyframeLearner {
         segments.iter().map(|segment| self.fit_policy(&[segment], counters)).collect()
     }
 
+    /// Origin and unit of each feature in a regression (decision D16).
+    fn units(&self, positives: &[Vec<f64>], negatives: &[Vec<f64>], centre: &[f64]) -> Vec<(f64, f64)> {
+        let Standardisation::Within { prior } = self.parameters.standardisation else {
+            return vec![(0.0, 1.0); centre.len()];
+        };
+        let other = mean(negatives, centre.len());
+        let spread = |points: &[Vec<f64>], feature: usize, centre: &[f64]| -> f64 {
+            points.iter().map(|point| (point[feature] - centre[feature]) * (point[feature] - centre[feature])).sum()
+        };
+        let unit = |feature: usize| {
+            let (sum, count) = if positives.len() > 1 {
+                (spread(positives, feature, centre), positives.len())
+            } else {
+                (spread(negatives, feature, &other), 1 + negatives.len())
+            };
+            libm::sqrt((prior + sum) / (prior + count as f64)).min(1.0)
+        };
+        (0..centre.len()).map(|feature| (centre[feature], unit(feature))).collect()
+    }
+
     fn labels(&self, policies: &[&KeyframePolicy], cut: f64, counters: &mut Counters) -> Vec<usize> {
         average_linkage(&self.distances(policies, counters), policies.len()).cut(cut)
     }
+}
+
+/// The mean of points of this dimension; zero of none.
+fn mean(points: &[Vec<f64>], dimension: usize) -> Vec<f64> {
+    let mut mean = vec![0.0; dimension];
+    for point in points {
+        for (sum, value) in mean.iter_mut().zip(point) {
+            *sum += value / points.len() as f64;
+        }
+    }
+    mean
 }
 
 /// The value at the percentile of sorted values, linear between ranks; 0 of none.
@@ -199,13 +230,9 @@ impl Learner for KeyframeLearner {
         counters.classifier_fits += 1;
         let points: Vec<Vec<f64>> =
             positives.iter().chain(negatives).map(|state| scaled(state, &self.scales)).collect();
-        let (own, _) = points.split_at(positives.len());
-        let mut centre = vec![0.0; self.scales.len()];
-        for point in own {
-            for (sum, value) in centre.iter_mut().zip(point) {
-                *sum += value / own.len() as f64;
-            }
-        }
+        let (own, others) = points.split_at(positives.len());
+        let centre = mean(own, self.scales.len());
+        let units = self.units(own, others, &centre);
         let radius = match self.parameters.activation {
             Activation::Probability => f64::INFINITY,
             Activation::Bounded { factor, least } => {
@@ -216,12 +243,14 @@ impl Learner for KeyframeLearner {
             }
         };
         let lift = self.parameters.lift;
-        let rows: Vec<Vec<f64>> = points.iter().map(|point| lifted(lift, point, &centre)).collect();
+        let origin = standardised(&centre, &units);
+        let rows: Vec<Vec<f64>> =
+            points.iter().map(|point| lifted(lift, &standardised(point, &units), &origin)).collect();
         let rows: Vec<&[f64]> = rows.iter().map(Vec::as_slice).collect();
         let labels: Vec<bool> = (0..rows.len()).map(|index| index < positives.len()).collect();
         let fit = logistic::fit(&rows, &labels, &self.parameters.logistic, None)
             .map_err(|error| SituError::Classifier(error.to_string()))?;
-        Ok(KeyframeClassifier { lift, fit, centre, radius, scales: self.scales.clone() })
+        Ok(KeyframeClassifier { lift, fit, centre, units, radius, scales: self.scales.clone() })
     }
 
     fn cluster_and_find(

@@ -61,6 +61,20 @@ pub enum Lift {
     Distance,
 }
 
+/// Decision D16: the unit in which a classifier measures each feature.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Standardisation {
+    /// The schema's fixed scales, for every classifier.
+    Fixed,
+    /// The fixed scales, shrunk where the primitive's own start states vary less: the standard deviation about the centre
+    /// of the positives (of positives and negatives about theirs, where there is one positive), the fixed scale counting as so
+    /// many samples. Features are measured from that centre. It reads the primitive's own samples alone, so an update stays local.
+    Within {
+        /// Samples that the fixed scale counts.
+        prior: f64,
+    },
+}
+
 /// Decision D10b: when a classifier is activated, for indexing.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Activation {
@@ -110,6 +124,8 @@ pub struct KeyframeParameters {
     pub cut: Cut,
     /// What the classifiers are linear in (D2b).
     pub lift: Lift,
+    /// Units of the features (D16).
+    pub standardisation: Standardisation,
     /// Kernel of the classifiers (D2c).
     pub logistic: LogisticParameters,
     /// Activation of a classifier (D10b).
@@ -136,6 +152,7 @@ impl Default for KeyframeParameters {
             divergence: Divergence::CrossLikelihood,
             cut: Cut::Calibrated { factor: 1.5, prior: 5.0, prior_copies: 3, least: 2.0, greatest: 10.0, single: 8.0 },
             lift: Lift::QuadraticDiagonal,
+            standardisation: Standardisation::Within { prior: 0.1 },
             logistic: LogisticParameters::default(),
             activation: Activation::Bounded { factor: 2.0, least: 0.3 },
             seed: 0,
@@ -144,13 +161,14 @@ impl Default for KeyframeParameters {
 }
 
 impl KeyframeParameters {
-    /// The kernels as the paper prints them: D2b linear, D5 literal, D6 across objects, D7 by sampling, D10b p ≥ 0.5.
+    /// The kernels as the paper prints them: D2b linear, D16 fixed, D5 literal, D6 across objects, D7 by sampling, D10b p ≥ 0.5.
     pub fn literal() -> Self {
         Self {
             compared: Compared::PolicyAgainstSignature,
             across_references: true,
             divergence: Divergence::MonteCarlo(1000),
             lift: Lift::Linear,
+            standardisation: Standardisation::Fixed,
             activation: Activation::Probability,
             ..Self::default()
         }

@@ -13,7 +13,7 @@ use crate::demonstration::{Demonstration, RelativeKeyframe, Schema, State};
 use crate::error::SituError;
 use crate::graph::Graph;
 use crate::keyframe::learner::KeyframeLearner;
-use crate::keyframe::parameters::{Activation, Compared, Divergence, KeyframeParameters, Lift};
+use crate::keyframe::parameters::{Activation, Compared, Divergence, KeyframeParameters, Lift, Standardisation};
 use crate::keyframe::policy::Execution;
 use crate::place::{NodeId, Place};
 use crate::segmentation::by_reference_object;
@@ -119,6 +119,10 @@ pub fn all() -> Vec<KeyframeMethod> {
         decided("situ:no_modify", "D18 off: an unmatched segment always adds a node", || Decisions {
             modify: None,
             ..Decisions::mended()
+        }),
+        kernel("situ:fixed_scales", "D16 as designed: one scale a feature for every classifier", || KeyframeParameters {
+            standardisation: Standardisation::Fixed,
+            ..KeyframeParameters::default()
         }),
         kernel("situ:linear", "D2b: classifiers linear in the state", || KeyframeParameters {
             lift: Lift::Linear,

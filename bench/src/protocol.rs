@@ -1,0 +1,144 @@
+//! A protocol: what is run, how often, and when a task counts as taught. A TOML file.
+
+use std::path::Path;
+
+use serde::Deserialize;
+use situ::keyframe::policy::Execution;
+
+use crate::error::BenchError;
+
+/// How many demonstrations may be given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Budget {
+    /// Original demonstrations before the first evaluation.
+    pub least_originals: u32,
+    /// Original demonstrations at the most; a seed that needs more is `untaught`.
+    pub originals: u32,
+    /// Corrections at the most.
+    pub corrections: u32,
+    /// Full demonstrations of the changed task at the most.
+    pub from_scratch: u32,
+}
+
+/// The update-cost part: synthetic automata, no physics.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CostSuite {
+    /// Methods whose updates are measured.
+    pub methods: Vec<String>,
+    /// Sizes of the automata.
+    pub nodes: Vec<u32>,
+    /// Draws of each.
+    pub seeds: u64,
+}
+
+/// A protocol.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Protocol {
+    /// Its name, in every table.
+    pub name: String,
+    /// Why it is as it is, in prose.
+    pub analysis: String,
+    /// Task families.
+    pub tasks: Vec<String>,
+    /// Teacher profiles.
+    pub teachers: Vec<String>,
+    /// Methods.
+    pub methods: Vec<String>,
+    /// Seeds a cell.
+    pub seeds: u64,
+    /// Success rate at which a task counts as taught, above 0 and at most 1.
+    pub target: f64,
+    /// Rollouts of an evaluation.
+    pub rollouts: u32,
+    /// A child less probable than this is not executed: `NoConfidentChild` (decision D11).
+    pub confidence: f64,
+    /// How policies are executed (decision D15).
+    pub execution: Execution,
+    /// Budgets of demonstrations.
+    pub budget: Budget,
+    /// The update-cost part, where there is one.
+    #[serde(default)]
+    pub cost: Option<CostSuite>,
+    /// The text it was read from.
+    #[serde(skip)]
+    pub source: String,
+}
+
+/// The protocols that come with the program.
+const BUILTIN: [(&str, &str); 2] =
+    [("quick", include_str!("../protocols/quick.toml")), ("paper", include_str!("../protocols/paper.toml"))];
+
+impl Protocol {
+    /// The names of the protocols that come with the program.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        BUILTIN.into_iter().map(|(name, _)| name)
+    }
+
+    /// A protocol by the name of one that comes with the program, or by the path of a file.
+    ///
+    /// # Errors
+    /// Where it is neither, or the file is wrong: with file, line and what was expected.
+    pub fn find(name_or_path: &str) -> Result<Self, BenchError> {
+        if let Some((name, text)) = BUILTIN.into_iter().find(|(name, _)| *name == name_or_path) {
+            return Self::parse(text, Path::new(&format!("protocols/{name}.toml")));
+        }
+        let path = Path::new(name_or_path);
+        if !path.exists() {
+            return Err(BenchError::unknown("protocol", name_or_path, Self::names()));
+        }
+        let text = std::fs::read_to_string(path).map_err(|source| BenchError::Read { path: path.to_owned(), source })?;
+        Self::parse(&text, path)
+    }
+
+    /// Reads a protocol from the text of a file; `path` is for messages.
+    ///
+    /// # Errors
+    /// With file, line, key and what was expected.
+    pub fn parse(text: &str, path: &Path) -> Result<Self, BenchError> {
+        let mut protocol: Self = toml::from_str(text).map_err(|error| {
+            let offset = error.span().map_or(0, |span| span.start);
+            BenchError::Protocol { path: path.to_owned(), line: line_of(text, offset), problem: error.message().to_owned() }
+        })?;
+        let refuse = |key: &str, expected: &str| {
+            let last = key.rsplit('.').next().unwrap_or(key);
+            let line = text.lines().position(|line| line.trim_start().starts_with(last)).map_or(1, |index| index + 1);
+            Err(BenchError::Protocol { path: path.to_owned(), line, problem: format!("`{key}`: expected {expected}") })
+        };
+        if !(protocol.target > 0.0 && protocol.target <= 1.0) {
+            return refuse("target", "a rate above 0 and at most 1");
+        }
+        if !(0.0..=1.0).contains(&protocol.confidence) {
+            return refuse("confidence", "a probability from 0 to 1");
+        }
+        if protocol.rollouts == 0 {
+            return refuse("rollouts", "1 or more");
+        }
+        if protocol.seeds == 0 {
+            return refuse("seeds", "1 or more");
+        }
+        let budget = protocol.budget;
+        if budget.least_originals == 0 || budget.least_originals > budget.originals {
+            return refuse("budget.least_originals", "1 or more, and no more than `budget.originals`");
+        }
+        if budget.from_scratch == 0 {
+            return refuse("budget.from_scratch", "1 or more");
+        }
+        for (key, list) in [("tasks", &protocol.tasks), ("teachers", &protocol.teachers), ("methods", &protocol.methods)] {
+            if list.is_empty() {
+                return refuse(key, "at least one name");
+            }
+        }
+        if protocol.cost.as_ref().is_some_and(|cost| cost.nodes.iter().any(|nodes| *nodes < 10)) {
+            return refuse("cost.nodes", "sizes of 10 or more");
+        }
+        protocol.source = text.to_owned();
+        Ok(protocol)
+    }
+}
+
+fn line_of(text: &str, offset: usize) -> usize {
+    text[..offset.min(text.len())].matches('\n').count() + 1
+}

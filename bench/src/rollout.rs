@@ -1,0 +1,172 @@
+//! A rollout: a task model executed in an episode.
+
+use std::fmt;
+
+use rand_chacha::ChaCha8Rng;
+use situ::keyframe::policy::Execution;
+use situ::method::Learned;
+use situ::place::Place;
+use situ_sim::{Gripper, MAX_OPENING, MotionEnd, World};
+use situ_tasks::{Episode, Moment};
+use situ_teachers::convert::{gripper_command, observe};
+
+use crate::error::BenchError;
+
+/// Primitives in one rollout after which it is stopped: more than twice what the longest task needs.
+const MOST_PRIMITIVES: usize = 40;
+
+/// How a rollout ended.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Ended {
+    /// The model chose END.
+    End,
+    /// No child was probable enough.
+    NoConfidentChild,
+    /// The reference object of the chosen primitive was not there.
+    ReferenceAbsent,
+    /// A motion was aborted: the force on the hand was too great.
+    Aborted,
+    /// Time was up, or too many primitives ran.
+    TimeOut,
+    /// The watching teacher stopped the robot, for this reason.
+    Stopped(String),
+    /// The numbers of the physics were no longer sound: nobody's failure.
+    Spoilt,
+}
+
+impl fmt::Display for Ended {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::End => "end",
+            Self::NoConfidentChild => "no confident child",
+            Self::ReferenceAbsent => "reference absent",
+            Self::Aborted => "aborted",
+            Self::TimeOut => "time-out",
+            Self::Stopped(reason) => reason,
+            Self::Spoilt => "spoilt",
+        })
+    }
+}
+
+/// How to execute.
+#[derive(Clone, Copy, Debug)]
+pub struct Execute {
+    /// Sampled or mean keyframes.
+    pub execution: Execution,
+    /// Least probability of a child (decision D11).
+    pub confidence: f64,
+    /// Whether a teacher watches and stops the robot at the setting's moments. An evaluation is never watched.
+    pub watched: bool,
+}
+
+/// What happened.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rollout {
+    /// How it ended.
+    pub ended: Ended,
+    /// The primitive that ran last to its end; START where none did.
+    pub last: Place,
+    /// Its reference object.
+    pub last_reference: Option<String>,
+    /// Whether the goal holds in the world as it was left.
+    pub success: bool,
+    /// The primitives that were begun, with their probabilities.
+    pub primitives: Vec<(Place, f64)>,
+}
+
+/// Executes the model from where the episode stands, as if nothing had run before. `observer` sees every simulated step.
+///
+/// # Errors
+/// Where the model names a node that it does not hold: a fault of the method's.
+pub fn rollout(
+    model: &dyn Learned,
+    episode: &mut Episode,
+    execute: Execute,
+    rng: &mut ChaCha8Rng,
+    observer: &mut dyn FnMut(&World),
+) -> Result<Rollout, BenchError> {
+    let mut last = Place::Start;
+    let mut last_reference = None;
+    let mut primitives = Vec::new();
+    let ended = loop {
+        let state = observe(episode);
+        let Some((child, probability)) = model.next(last, &state) else { break Ended::NoConfidentChild };
+        if probability < execute.confidence {
+            break Ended::NoConfidentChild;
+        }
+        let Place::Node(node) = child else { break Ended::End };
+        if primitives.len() == MOST_PRIMITIVES {
+            break Ended::TimeOut;
+        }
+        let (reference, keyframes) = model.keyframes(node, execute.execution, rng)?;
+        let Some(frame) = episode.reference_pose(&reference) else { break Ended::ReferenceAbsent };
+        if let Some(reason) = stopped(episode, execute, Moment::Before, &reference) {
+            break reason;
+        }
+        primitives.push((child, probability));
+        if let Some(reason) = perform(episode, execute, &reference, &frame, &keyframes, observer) {
+            break reason;
+        }
+        // What the teacher sees after a primitive, it sees after the primitive has run.
+        last = child;
+        last_reference = Some(reference.to_string());
+        if let Some(reason) = stopped(episode, execute, Moment::After, &reference) {
+            break reason;
+        }
+    };
+    let ended = if episode.is_sound() { ended } else { Ended::Spoilt };
+    Ok(Rollout { ended, last, last_reference, success: episode.succeeded(), primitives })
+}
+
+fn stopped(episode: &Episode, execute: Execute, moment: Moment, reference: &str) -> Option<Ended> {
+    if !execute.watched {
+        return None;
+    }
+    episode.intervention(moment, reference).map(|intervention| Ended::Stopped(intervention.name.clone()))
+}
+
+/// Performs one primitive; says why where it was not performed to its end.
+fn perform(
+    episode: &mut Episode,
+    execute: Execute,
+    reference: &str,
+    frame: &situ::demonstration::Pose,
+    keyframes: &[situ::demonstration::RelativeKeyframe],
+    observer: &mut dyn FnMut(&World),
+) -> Option<Ended> {
+    for (index, keyframe) in keyframes.iter().enumerate() {
+        let command = gripper_command(keyframe.gripper, MAX_OPENING);
+        let gripper = (!same(command, episode.world().gripper())).then_some(command);
+        let end = episode.perform(&(frame * keyframe.pose), gripper, keyframe.hold, observer);
+        if !episode.is_sound() {
+            return Some(Ended::Spoilt);
+        }
+        episode.reached_keyframe(reference, index);
+        match end {
+            MotionEnd::Aborted { .. } => return Some(Ended::Aborted),
+            MotionEnd::Guarded { .. } => {
+                if let Some(reason) = stopped(episode, execute, Moment::Guard, reference) {
+                    return Some(reason);
+                }
+            }
+            MotionEnd::Reached => {}
+        }
+        if episode.finished_out_of_time() {
+            return Some(Ended::TimeOut);
+        }
+    }
+    None
+}
+
+/// A learned command is a mean: within these of the command in force it is that command, metres and newtons.
+const SAME_OPENING: f64 = 1e-3;
+/// See [`SAME_OPENING`].
+const SAME_FORCE: f64 = 0.5;
+
+fn same(left: Gripper, right: Gripper) -> bool {
+    match (left, right) {
+        (Gripper::Open(left), Gripper::Open(right)) => (left - right).abs() < SAME_OPENING,
+        (Gripper::Close(left), Gripper::Close(right)) => (left - right).abs() < SAME_FORCE,
+        _ => false,
+    }
+}

@@ -1,0 +1,157 @@
+//! All runs of a protocol: in parallel, written as they finish, resumable.
+
+use std::collections::BTreeSet;
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex};
+
+use rayon::prelude::*;
+use situ::method::{self, Method};
+use situ_tasks::{Registry, Setting};
+use situ_teachers::{Profile, Teacher};
+
+use crate::error::BenchError;
+use crate::ledger::Ledger;
+use crate::protocol::Protocol;
+use crate::record::{Identity, Record};
+use crate::session::Surroundings;
+
+/// Which of a protocol's runs to do: of each list all that it names, everything where it is empty.
+#[derive(Clone, Debug, Default)]
+pub struct Filter {
+    /// Task families.
+    pub tasks: Vec<String>,
+    /// Variations.
+    pub variations: Vec<String>,
+    /// Methods; one that the protocol does not name is added.
+    pub methods: Vec<String>,
+    /// Teacher profiles; one that the protocol does not name is added.
+    pub teachers: Vec<String>,
+}
+
+/// What is to be run, every name looked up.
+pub struct Plan {
+    protocol: Protocol,
+    groups: Vec<Group>,
+    methods: Vec<Box<dyn Method>>,
+}
+
+/// Runs that share an original model.
+struct Group {
+    original: Arc<Setting>,
+    variations: Vec<Arc<Setting>>,
+    teacher: Teacher,
+    seed: u64,
+}
+
+/// Told how the runs go on.
+pub trait Progress: Sync {
+    /// A run begins, or ends.
+    fn at(&self, what: &str);
+    /// A run is finished.
+    fn finished(&self);
+}
+
+fn chosen<'a>(
+    what: &'static str,
+    wanted: &'a [String],
+    default: &'a [String],
+    known: &[String],
+) -> Result<&'a [String], BenchError> {
+    let names = if wanted.is_empty() { default } else { wanted };
+    match names.iter().find(|name| !known.contains(name)) {
+        Some(name) => Err(BenchError::unknown(what, name, known.iter().map(String::as_str))),
+        None => Ok(names),
+    }
+}
+
+impl Plan {
+    /// Looks every name up.
+    ///
+    /// # Errors
+    /// A name that nothing has, with the known ones.
+    pub fn new(protocol: Protocol, filter: &Filter, registry: &Registry, first_seed: u64) -> Result<Self, BenchError> {
+        let known: Vec<String> = registry.names().map(str::to_owned).collect();
+        let tasks = chosen("task", &filter.tasks, &protocol.tasks, &known)?;
+        let known: Vec<String> = method::all().iter().map(|method| method.name().to_owned()).collect();
+        let methods = chosen("method", &filter.methods, &protocol.methods, &known)?;
+        let methods: Vec<Box<dyn Method>> = methods.iter().filter_map(|name| method::named(name)).collect();
+        let teachers = if filter.teachers.is_empty() { &protocol.teachers } else { &filter.teachers };
+        let mut variations_known = Vec::new();
+        let mut groups = Vec::new();
+        for task in tasks {
+            let task = registry.get(task)?;
+            variations_known.extend(task.variations().map(str::to_owned));
+            let wanted = |name: &str| filter.variations.is_empty() || filter.variations.iter().any(|wanted| wanted == name);
+            let variations = task.variations().filter(|name| wanted(name)).map(|name| task.variation(Some(name)));
+            let variations = variations.collect::<Result<Vec<_>, _>>()?;
+            if variations.is_empty() {
+                continue;
+            }
+            for teacher in teachers {
+                let teacher = Teacher::new(Profile::named(teacher)?);
+                for seed in first_seed..first_seed.saturating_add(protocol.seeds) {
+                    let original = task.variation(None)?;
+                    groups.push(Group { original, variations: variations.clone(), teacher: teacher.clone(), seed });
+                }
+            }
+        }
+        chosen("variation", &filter.variations, &[], &variations_known)?;
+        Ok(Self { protocol, groups, methods })
+    }
+
+    /// The number of records that the plan makes.
+    pub fn len(&self) -> usize {
+        self.groups.iter().map(|group| group.variations.len() * self.methods.len()).sum()
+    }
+
+    /// Whether the plan makes none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Does all runs that are not `done`, and adds each to the ledger as it finishes.
+    ///
+    /// The records do not depend on the number of threads; their order in the ledger does.
+    ///
+    /// # Errors
+    /// [`BenchError::Interrupted`] where the flag was set; what a run or the ledger refuses.
+    pub fn run(
+        &self,
+        ledger: &Mutex<Ledger>,
+        done: &BTreeSet<Identity>,
+        interrupted: &AtomicBool,
+        progress: &dyn Progress,
+    ) -> Result<(), BenchError> {
+        let write = |record: Record| {
+            let result = ledger.lock().expect("no holder of the ledger panics").append(&record);
+            progress.finished();
+            result
+        };
+        self.groups.par_iter().try_for_each(|group| {
+            let surroundings =
+                Surroundings { protocol: &self.protocol, teacher: &group.teacher, seed: group.seed, interrupted };
+            let todo: Vec<(&Arc<Setting>, Vec<&dyn Method>)> = group
+                .variations
+                .iter()
+                .map(|setting| {
+                    let methods = self.methods.iter().map(|method| &**method);
+                    let is_done = |method: &&dyn Method| done.contains(&Identity::Run(surroundings.key(setting, *method)));
+                    let (finished, left): (Vec<_>, Vec<_>) = methods.partition(is_done);
+                    finished.iter().for_each(|_| progress.finished());
+                    (setting, left)
+                })
+                .filter(|(_, methods)| !methods.is_empty())
+                .collect();
+            let Some(first) = self.methods.first().filter(|_| !todo.is_empty()) else { return Ok(()) };
+            progress.at(&format!("{}, {}, seed {}: teaching", group.original.task, group.teacher.profile().name, group.seed));
+            let taught = surroundings.teach(&group.original, &**first)?;
+            todo.par_iter().try_for_each(|(setting, methods)| {
+                let before = surroundings.before(&taught, setting, &**first)?;
+                methods.par_iter().try_for_each(|method| {
+                    progress.at(&Identity::Run(surroundings.key(setting, *method)).to_string());
+                    write(Record::Run(surroundings.run(setting, *method, &taught, &before)?))
+                })
+            })
+        })
+    }
+}

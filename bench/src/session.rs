@@ -1,0 +1,338 @@
+//! The protocol of one run: teach the original task, change it, correct the model until it succeeds.
+//!
+//! Every random draw has a stream named by what it is for, and no name holds the method: every method meets the same starts, the
+//! same noise of execution and the same teacher.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use situ::demonstration::{Demonstration, Kind, Schema};
+use situ::edit::{Edit, difference};
+use situ::method::{Learned, Method, Role};
+use situ::place::Place;
+use situ::random::stream;
+use situ_tasks::{Episode, EpisodeSnapshot, Setting, TaskError};
+use situ_teachers::{Teacher, convert};
+
+use crate::cost;
+use crate::error::BenchError;
+use crate::protocol::Protocol;
+use crate::record::{Correction, Effort, Key, Outcome, Rate, Run};
+use crate::rollout::{Ended, Execute, rollout};
+
+/// Attempts at a demonstration before the teacher gives up: a novice fails about one in five, so this is one in hundreds.
+const ATTEMPTS: u32 = 4;
+
+/// What a run needs to know of its surroundings.
+#[derive(Clone, Copy)]
+pub struct Surroundings<'a> {
+    /// The protocol.
+    pub protocol: &'a Protocol,
+    /// The teacher.
+    pub teacher: &'a Teacher,
+    /// The seed of the run: root of all its streams.
+    pub seed: u64,
+    /// Set when the user wants to stop.
+    pub interrupted: &'a AtomicBool,
+}
+
+/// An original task as it was taught to one seed's robot.
+pub struct Taught {
+    demonstrations: Vec<Demonstration>,
+    effort: Effort,
+    rate: Rate,
+    /// Whether the success rate reached the target.
+    pub reached: bool,
+}
+
+/// A model's rollouts on a setting.
+#[derive(Clone)]
+pub struct Evaluation {
+    rate: Rate,
+    ended: BTreeMap<String, u32>,
+    failures: Vec<u32>,
+    spoilt: bool,
+}
+
+impl Evaluation {
+    /// No success in so many rollouts.
+    fn none(rollouts: u32) -> Self {
+        Self { rate: Rate { successes: 0, rollouts }, ended: BTreeMap::new(), failures: Vec::new(), spoilt: false }
+    }
+}
+
+/// A failure, as the teacher finds it.
+struct Failure {
+    snapshot: EpisodeSnapshot,
+    trigger: String,
+    last: Place,
+    last_reference: Option<String>,
+}
+
+impl Surroundings<'_> {
+    fn stream(&self, setting: &Setting, what: &str, numbers: &[u32]) -> u64 {
+        let numbers: Vec<String> = numbers.iter().map(u32::to_string).collect();
+        stream(self.seed, &format!("{}/{}/{what}/{}", setting.label(), self.teacher.profile().name, numbers.join("/")))
+    }
+
+    fn check_interrupt(&self) -> Result<(), BenchError> {
+        if self.interrupted.load(Ordering::Relaxed) { Err(BenchError::Interrupted) } else { Ok(()) }
+    }
+
+    /// One full demonstration of the setting; attempts that fail are repeated from another start. `None` where the teacher gives up.
+    fn demonstrate(
+        &self,
+        setting: &Arc<Setting>,
+        schema: &Schema,
+        index: u32,
+    ) -> Result<Option<(Demonstration, Effort)>, BenchError> {
+        for attempt in 0..ATTEMPTS {
+            self.check_interrupt()?;
+            let mut episode = Episode::start(setting, self.stream(setting, "teach", &[index, attempt]))?;
+            let seed = self.stream(setting, "teacher", &[index, attempt]);
+            let name = format!("{}-{index}", setting.label());
+            let shown = self.teacher.demonstrate(&name, Kind::Original, schema, &mut episode, seed, &mut |_| {})?;
+            if let (true, Some(demonstration)) = (shown.clean, shown.demonstration) {
+                return Ok(Some((demonstration, effort_of(&shown.effort))));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Rolls the model out from fresh starts; `round` names them.
+    pub fn evaluate(&self, model: &dyn Learned, setting: &Arc<Setting>, round: u32) -> Result<Evaluation, BenchError> {
+        let rollouts = (0..self.protocol.rollouts).into_par_iter().map(|index| {
+            self.check_interrupt()?;
+            let Some(mut episode) = self.start(setting, round, index)? else { return Ok(None) };
+            let (execute, mut rng) = self.execution(setting, round, index, false);
+            rollout(model, &mut episode, execute, &mut rng, &mut |_| {}).map(Some)
+        });
+        let rollouts: Vec<Option<_>> = rollouts.collect::<Result<_, BenchError>>()?;
+        let mut evaluation = Evaluation::none(self.protocol.rollouts);
+        for (index, rollout) in (0..).zip(rollouts) {
+            let Some(rollout) = rollout.filter(|rollout| rollout.ended != Ended::Spoilt) else {
+                evaluation.spoilt = true;
+                continue;
+            };
+            let how = if rollout.success { "success".to_owned() } else { format!("failure: {}", rollout.ended) };
+            *evaluation.ended.entry(how).or_default() += 1;
+            if rollout.success {
+                evaluation.rate.successes += 1;
+            } else {
+                evaluation.failures.push(index);
+            }
+        }
+        Ok(evaluation)
+    }
+
+    /// The start of a rollout; `None` where the physics refuses it: spoilt, nobody's failure.
+    fn start(&self, setting: &Arc<Setting>, round: u32, index: u32) -> Result<Option<Episode>, BenchError> {
+        match Episode::start(setting, self.stream(setting, "evaluate", &[round, index])) {
+            Ok(episode) => Ok(Some(episode)),
+            Err(TaskError::Premise { .. }) => Ok(None),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    fn execution(&self, setting: &Setting, round: u32, index: u32, watched: bool) -> (Execute, ChaCha8Rng) {
+        let execute = Execute { execution: self.protocol.execution, confidence: self.protocol.confidence, watched };
+        (execute, ChaCha8Rng::seed_from_u64(self.stream(setting, "execute", &[round, index])))
+    }
+
+    /// The same rollout again, with the teacher watching: the failure, as the teacher finds it.
+    fn watch(&self, model: &dyn Learned, setting: &Arc<Setting>, round: u32, index: u32) -> Result<Option<Failure>, BenchError> {
+        let Some(mut episode) = self.start(setting, round, index)? else { return Ok(None) };
+        let (execute, mut rng) = self.execution(setting, round, index, true);
+        let rollout = rollout(model, &mut episode, execute, &mut rng, &mut |_| {})?;
+        if rollout.success || rollout.ended == Ended::Spoilt {
+            return Ok(None);
+        }
+        let trigger = if rollout.ended == Ended::End { "wrong outcome".to_owned() } else { rollout.ended.to_string() };
+        let snapshot = episode.snapshot();
+        Ok(Some(Failure { snapshot, trigger, last: rollout.last, last_reference: rollout.last_reference }))
+    }
+
+    fn is_reached(&self, evaluation: &Evaluation) -> bool {
+        f64::from(evaluation.rate.successes) >= self.protocol.target * f64::from(evaluation.rate.rollouts)
+    }
+
+    /// Teaches the original task: demonstrations until the success rate reaches the target, or the budget is used up.
+    pub fn teach(&self, original: &Arc<Setting>, method: &dyn Method) -> Result<Taught, BenchError> {
+        let schema = convert::schema(original)?;
+        let mut taught = Taught {
+            demonstrations: Vec::new(),
+            effort: Effort::default(),
+            rate: Rate { successes: 0, rollouts: 0 },
+            reached: false,
+        };
+        let budget = self.protocol.budget;
+        for index in 0..budget.originals {
+            let Some((demonstration, effort)) = self.demonstrate(original, &schema, index)? else { break };
+            taught.demonstrations.push(demonstration);
+            taught.effort += effort;
+            if index + 1 < budget.least_originals {
+                continue;
+            }
+            let model = method.teach(&schema, &taught.demonstrations)?;
+            let evaluation = self.evaluate(&*model, original, index)?;
+            taught.rate = evaluation.rate;
+            if self.is_reached(&evaluation) {
+                taught.reached = true;
+                break;
+            }
+        }
+        Ok(taught)
+    }
+
+    /// The original model on the changed task: what every method starts from. Nothing is rolled out where there is no such model.
+    pub fn before(&self, taught: &Taught, setting: &Arc<Setting>, method: &dyn Method) -> Result<Evaluation, BenchError> {
+        if !taught.reached {
+            return Ok(Evaluation::none(0));
+        }
+        let model = method.teach(&convert::schema(setting)?, &taught.demonstrations)?;
+        self.evaluate(&*model, setting, 0)
+    }
+
+    /// A run of one method on one setting.
+    pub fn run(
+        &self,
+        setting: &Arc<Setting>,
+        method: &dyn Method,
+        taught: &Taught,
+        before: &Evaluation,
+    ) -> Result<Run, BenchError> {
+        let mut run = Run {
+            key: self.key(setting, method),
+            outcome: Outcome::Censored,
+            original: taught.effort,
+            before: Some(before.rate),
+            after: None,
+            effort: Effort::default(),
+            corrections: Vec::new(),
+            ended: BTreeMap::new(),
+            original_rate: Some(taught.rate),
+            retained: None,
+        };
+        if !taught.reached {
+            return Ok(Run { outcome: Outcome::Untaught, before: None, ..run });
+        }
+        let last = match method.role() {
+            Role::Control => before.clone(),
+            Role::Correct => self.correct(setting, method, taught, before, &mut run)?,
+            Role::FromScratch => self.from_scratch(setting, method, &mut run)?,
+        };
+        run.outcome = match () {
+            () if last.spoilt => Outcome::Spoilt { why: "a rollout's physics was no longer sound".to_owned() },
+            () if self.is_reached(&last) => Outcome::Reached,
+            () => Outcome::Censored,
+        };
+        run.after = Some(last.rate);
+        run.ended = last.ended;
+        Ok(run)
+    }
+
+    /// The name of a run.
+    pub fn key(&self, setting: &Setting, method: &dyn Method) -> Key {
+        Key {
+            protocol: self.protocol.name.clone(),
+            task: setting.task.clone(),
+            variation: setting.variation.clone().unwrap_or_default(),
+            edit: needed(setting),
+            teacher: self.teacher.profile().name.clone(),
+            method: method.name().to_owned(),
+            seed: self.seed,
+        }
+    }
+
+    fn correct(
+        &self,
+        setting: &Arc<Setting>,
+        method: &dyn Method,
+        taught: &Taught,
+        before: &Evaluation,
+        run: &mut Run,
+    ) -> Result<Evaluation, BenchError> {
+        let schema = convert::schema(setting)?;
+        let mut model = method.teach(&schema, &taught.demonstrations)?;
+        let mut last = before.clone();
+        for round in 0..self.protocol.budget.corrections {
+            if self.is_reached(&last) {
+                break;
+            }
+            let Some((failure, demonstration, effort)) = self.correction(&*model, setting, &schema, &last, round)? else {
+                // No failure from which this teacher can still show the way: more corrections will not come.
+                break;
+            };
+            let graph = model.graph();
+            let (trace, update_seconds) = cost::timed(|| model.correct(failure.last, &demonstration));
+            let trace = trace?;
+            let made = difference(&graph, &model.graph());
+            last = self.evaluate(&*model, setting, round + 1)?;
+            run.effort += effort;
+            let last_reference = failure.last_reference.unwrap_or_else(|| "START".to_owned());
+            let correction = Correction::new(failure.trigger, last_reference, effort, &made, &trace, update_seconds);
+            run.corrections.push(Correction { after: Some(last.rate), ..correction });
+        }
+        Ok(last)
+    }
+
+    /// The first failure of the last evaluation from which the teacher manages to show the way, and what was shown.
+    fn correction(
+        &self,
+        model: &dyn Learned,
+        setting: &Arc<Setting>,
+        schema: &Schema,
+        last: &Evaluation,
+        round: u32,
+    ) -> Result<Option<(Failure, Demonstration, Effort)>, BenchError> {
+        for index in &last.failures {
+            self.check_interrupt()?;
+            let Some(failure) = self.watch(model, setting, round, *index)? else { continue };
+            for attempt in 0..ATTEMPTS {
+                let mut episode = Episode::restore(&failure.snapshot);
+                let seed = self.stream(setting, "correct", &[round, *index, attempt]);
+                let name = format!("{}-correction-{round}", setting.label());
+                let shown = self.teacher.demonstrate(&name, Kind::Corrective, schema, &mut episode, seed, &mut |_| {})?;
+                if let (true, Some(demonstration)) = (shown.clean, shown.demonstration) {
+                    return Ok(Some((failure, demonstration, effort_of(&shown.effort))));
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    fn from_scratch(&self, setting: &Arc<Setting>, method: &dyn Method, run: &mut Run) -> Result<Evaluation, BenchError> {
+        let schema = convert::schema(setting)?;
+        let mut demonstrations = Vec::new();
+        let mut last = Evaluation::none(self.protocol.rollouts);
+        for index in 0..self.protocol.budget.from_scratch {
+            let Some((demonstration, effort)) = self.demonstrate(setting, &schema, index)? else { break };
+            demonstrations.push(demonstration);
+            run.effort += effort;
+            let model = method.teach(&schema, &demonstrations)?;
+            last = self.evaluate(&*model, setting, index + 1)?;
+            if self.is_reached(&last) {
+                break;
+            }
+        }
+        Ok(last)
+    }
+}
+
+/// The edit that a setting says it needs, in the learner's words.
+pub fn needed(setting: &Setting) -> Edit {
+    match setting.edit {
+        situ_tasks::Edit::NodeAddition => Edit::NodeAddition,
+        situ_tasks::Edit::EdgeAddition => Edit::EdgeAddition,
+        situ_tasks::Edit::NodeModification => Edit::NodeModification,
+        situ_tasks::Edit::None => Edit::None,
+    }
+}
+
+fn effort_of(effort: &situ_teachers::Effort) -> Effort {
+    Effort { demonstrations: 1, keyframes: effort.keyframes, seconds: effort.seconds, metres: effort.metres }
+}
