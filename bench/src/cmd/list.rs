@@ -74,10 +74,10 @@ fn aligned(title: &str, rows: &[Vec<String>]) -> String {
 }
 
 fn methods() -> String {
-    let row = |method: &Box<dyn method::Method>| {
+    let words = |method: Box<dyn method::Method>| {
         [method.name(), role(method.role()), method.summary(), method.source()].map(str::to_owned).to_vec()
     };
-    aligned("methods", &method::all().iter().map(row).collect::<Vec<_>>())
+    aligned("methods", &method::all().into_iter().map(words).collect::<Vec<_>>())
 }
 
 fn tables() -> String {

@@ -92,7 +92,7 @@ impl Tables {
         for kind in kinds {
             let tables = kind.tables(&records);
             let command = format!("situ-bench tables {} --table {}", ledgers.join(" "), kind.name());
-            if self.format.map_or(true, |format| format == Format::Md) {
+            if self.format != Some(Format::Csv) {
                 let sections: Vec<String> = tables.iter().map(|table| table.to_markdown(&command)).collect();
                 written.push((format!("{}.md", kind.name()), sections.join("\n")));
             }
