@@ -37,9 +37,10 @@ const FAILURE: f64 = 0.5;
 const POSE_NOISE: (f64, f64) = (0.004, 0.02);
 /// Distance between the paths of two nodes on one object, metres: tens of times what a policy's prior allows for.
 const PATHS_APART: f64 = 0.4;
-/// How far a modified path is from the old one, metres: above what counts as modified (0.04), and a divergence of 9 to 13 from
-/// the old one: above the greatest cut that these originals give (7.5), below where another skill begins (15, decision D18).
-const ADJUSTMENT: f64 = 0.055;
+/// How far a modified path is from the old one, metres: the near-variant of the design. Above what counts as modified
+/// (`situ::edit::MODIFIED_METRES`), and a divergence of 20 to 28: above the greatest cut (10), below where another skill
+/// begins (40, decision D18).
+const ADJUSTMENT: f64 = 0.08;
 /// One node in so many is optional; corrections attach at the first of a group of so many.
 const GROUP: usize = 5;
 /// The place of the optional node in its group.
