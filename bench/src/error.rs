@@ -99,6 +99,12 @@ pub enum BenchError {
         /// What is wrong, with the key, and what was expected.
         problem: String,
     },
+    /// Records that are not those of the checked ledger.
+    #[error("{} records differ from the checked ledger, the first: {}", runs.len(), runs.first().map_or("", String::as_str))]
+    Differs {
+        /// The names of the records.
+        runs: Vec<String>,
+    },
     /// The user stopped the program.
     #[error("interrupted: every finished run is in the ledger; go on with --resume")]
     Interrupted,
@@ -122,7 +128,7 @@ impl BenchError {
     /// The program's exit status: 1 where the machine failed, 2 where the input was bad.
     pub fn exit_status(&self) -> u8 {
         match self {
-            Self::Write { .. } | Self::Record { .. } => 1,
+            Self::Write { .. } | Self::Record { .. } | Self::Differs { .. } => 1,
             // 128 + SIGINT, as shells have it.
             Self::Interrupted => 130,
             _ => 2,

@@ -1,4 +1,5 @@
 //! The harness.
+pub mod archive;
 pub mod error;
 pub mod ledger;
 pub mod record;

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use situ_bench::cmd::{learn::Learn, list::List, tables::Tables};
+use situ_bench::cmd::{learn::Learn, list::List, run::Run, tables::Tables};
 use situ_bench::error::BenchError;
 
 /// The benchmark of learning from corrective demonstrations: task models as automata of primitives, and what it takes and
@@ -17,23 +17,25 @@ use situ_bench::error::BenchError;
 #[command(
     name = "situ-bench",
     version,
-    arg_required_else_help = true,
-    after_help = "Examples:\n  situ-bench list methods\n  situ-bench tables quick.jsonl --out tables\n  situ-bench learn original.json --correct correction.json --dot model.dot\n\nExit status: 0; 1 where the machine failed; 2 where the input was bad."
+    after_help = "Without a verb: run.\n\nExamples:\n  situ-bench run --task pour\n  situ-bench list methods\n  situ-bench tables quick.jsonl --out tables\n  situ-bench learn original.json --correct correction.json --dot model.dot\n\nExit status: 0; 1 where the machine failed; 2 where the input was bad."
 )]
 struct Arguments {
     #[command(subcommand)]
-    verb: Verb,
+    verb: Option<Verb>,
 }
 
 #[derive(Subcommand)]
 enum Verb {
+    Run(Run),
     List(List),
     Tables(Tables),
     Learn(Learn),
 }
 
 fn main() -> ExitCode {
-    let result = match Arguments::parse().verb {
+    let verb = Arguments::parse().verb.or_else(|| Arguments::parse_from(["situ-bench", "run"]).verb);
+    let result = match verb.expect("`run` is a verb") {
+        Verb::Run(run) => run.run().and_then(|text| print(&text)),
         Verb::List(list) => print(&list.run()),
         Verb::Tables(tables) => tables.run().and_then(|printed| {
             printed.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));

@@ -1,19 +1,23 @@
 //! All runs of a protocol: in parallel, written as they finish, resumable.
 
 use std::collections::BTreeSet;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use rayon::prelude::*;
+use situ::edit::Edit;
 use situ::method::{self, Method};
 use situ_tasks::{Registry, Setting};
 use situ_teachers::{Profile, Teacher};
 
+use crate::archive::Archive;
+use crate::cost::Subject;
 use crate::error::BenchError;
 use crate::ledger::Ledger;
 use crate::protocol::Protocol;
 use crate::record::{Identity, Record};
 use crate::session::Surroundings;
+use crate::synthetic::Parameters;
 
 /// Which of a protocol's runs to do: of each list all that it names, everything where it is empty.
 #[derive(Clone, Debug, Default)]
@@ -33,6 +37,14 @@ pub struct Plan {
     protocol: Protocol,
     groups: Vec<Group>,
     methods: Vec<Box<dyn Method>>,
+    costs: Vec<CostGroup>,
+}
+
+/// Measurements of update cost that share an automaton.
+struct CostGroup {
+    method: Box<dyn Method>,
+    nodes: u32,
+    seed: u64,
 }
 
 /// Runs that share an original model.
@@ -96,12 +108,28 @@ impl Plan {
             }
         }
         chosen("variation", &filter.variations, &[], &variations_known)?;
-        Ok(Self { protocol, groups, methods })
+        let whole = filter.tasks.is_empty() && filter.variations.is_empty() && filter.teachers.is_empty();
+        let mut costs = Vec::new();
+        for suite in protocol.cost.iter().filter(|_| whole) {
+            let known: Vec<String> = method::all().iter().map(|method| method.name().to_owned()).collect();
+            for name in chosen("method", &[], &suite.methods, &known)? {
+                if !filter.methods.is_empty() && !filter.methods.contains(name) {
+                    continue;
+                }
+                for nodes in &suite.nodes {
+                    let seeds = first_seed..first_seed.saturating_add(suite.seeds);
+                    let groups = seeds.filter_map(|seed| Some(CostGroup { method: method::named(name)?, nodes: *nodes, seed }));
+                    costs.extend(groups);
+                }
+            }
+        }
+        Ok(Self { protocol, groups, methods, costs })
     }
 
     /// The number of records that the plan makes.
     pub fn len(&self) -> usize {
-        self.groups.iter().map(|group| group.variations.len() * self.methods.len()).sum()
+        let runs: usize = self.groups.iter().map(|group| group.variations.len() * self.methods.len()).sum();
+        runs + self.costs.len() * Edit::ALL.len()
     }
 
     /// Whether the plan makes none.
@@ -120,6 +148,7 @@ impl Plan {
         ledger: &Mutex<Ledger>,
         done: &BTreeSet<Identity>,
         interrupted: &AtomicBool,
+        archive: Option<&Archive>,
         progress: &dyn Progress,
     ) -> Result<(), BenchError> {
         let write = |record: Record| {
@@ -127,9 +156,32 @@ impl Plan {
             progress.finished();
             result
         };
+        // Costs first, one after another and nothing beside them: they are timed.
+        for group in &self.costs {
+            let identity = |edit| Identity::Cost {
+                protocol: self.protocol.name.clone(),
+                method: group.method.name().to_owned(),
+                edit,
+                nodes: group.nodes,
+                seed: group.seed,
+            };
+            let (finished, left): (Vec<Edit>, Vec<Edit>) = Edit::ALL.into_iter().partition(|edit| done.contains(&identity(*edit)));
+            finished.iter().for_each(|_| progress.finished());
+            if left.is_empty() {
+                continue;
+            }
+            progress.at(&format!("update cost, {}, {} nodes, seed {}", group.method.name(), group.nodes, group.seed));
+            let subject = Subject::teach(&*group.method, Parameters::of(group.nodes as usize, group.seed))?;
+            for edit in left {
+                if interrupted.load(Ordering::Relaxed) {
+                    return Err(BenchError::Interrupted);
+                }
+                write(Record::Cost(subject.measure(&self.protocol.name, edit)?))?;
+            }
+        }
         self.groups.par_iter().try_for_each(|group| {
             let surroundings =
-                Surroundings { protocol: &self.protocol, teacher: &group.teacher, seed: group.seed, interrupted };
+                Surroundings { protocol: &self.protocol, teacher: &group.teacher, seed: group.seed, interrupted, archive };
             let todo: Vec<(&Arc<Setting>, Vec<&dyn Method>)> = group
                 .variations
                 .iter()

@@ -12,13 +12,16 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use situ::demonstration::{Demonstration, Kind, Schema};
 use situ::edit::{Edit, difference};
+use situ::graph::Graph;
 use situ::method::{Learned, Method, Role};
 use situ::place::Place;
 use situ::random::stream;
 use situ_tasks::{Episode, EpisodeSnapshot, Setting, TaskError};
 use situ_teachers::{Teacher, convert};
 
+use crate::archive::Archive;
 use crate::cost;
+use crate::demonstration_file::After;
 use crate::error::BenchError;
 use crate::protocol::Protocol;
 use crate::record::{Correction, Effort, Key, Outcome, Rate, Run};
@@ -38,6 +41,8 @@ pub struct Surroundings<'a> {
     pub seed: u64,
     /// Set when the user wants to stop.
     pub interrupted: &'a AtomicBool,
+    /// Where the demonstrations that are handed in are written, if anywhere.
+    pub archive: Option<&'a Archive>,
 }
 
 /// An original task as it was taught to one seed's robot.
@@ -97,10 +102,18 @@ impl Surroundings<'_> {
             let name = format!("{}-{index}", setting.label());
             let shown = self.teacher.demonstrate(&name, Kind::Original, schema, &mut episode, seed, &mut |_| {})?;
             if let (true, Some(demonstration)) = (shown.clean, shown.demonstration) {
+                if let Some(archive) = self.archive {
+                    archive.write(&format!("{}/full-{index}", self.folder(setting)), &demonstration, schema, None)?;
+                }
                 return Ok(Some((demonstration, effort_of(&shown.effort))));
             }
         }
         Ok(None)
+    }
+
+    /// The archive's folder for a setting.
+    fn folder(&self, setting: &Setting) -> String {
+        format!("{}/{}-seed-{}", setting.label(), self.teacher.profile().name, self.seed)
     }
 
     /// Rolls the model out from fresh starts; `round` names them.
@@ -259,6 +272,7 @@ impl Surroundings<'_> {
         let schema = convert::schema(setting)?;
         let mut model = method.teach(&schema, &taught.demonstrations)?;
         let mut last = before.clone();
+        let mut names = Names::of(&taught.demonstrations);
         for round in 0..self.protocol.budget.corrections {
             if self.is_reached(&last) {
                 break;
@@ -268,6 +282,11 @@ impl Surroundings<'_> {
                 break;
             };
             let graph = model.graph();
+            if let Some(archive) = self.archive {
+                let path = format!("{}/{}-correction-{round}", self.folder(setting), method.name().replace(':', "-"));
+                archive.write(&path, &demonstration, &schema, names.after(&graph, failure.last).as_ref())?;
+            }
+            names.learned(&demonstration);
             let (trace, update_seconds) = cost::timed(|| model.correct(failure.last, &demonstration));
             let trace = trace?;
             let made = difference(&graph, &model.graph());
@@ -320,6 +339,27 @@ impl Surroundings<'_> {
             }
         }
         Ok(last)
+    }
+}
+
+/// The names of a model's demonstrations, in the order in which it learned them.
+struct Names(Vec<Arc<str>>);
+
+impl Names {
+    fn of(demonstrations: &[Demonstration]) -> Self {
+        Self(demonstrations.iter().map(|demonstration| demonstration.name().clone()).collect())
+    }
+
+    fn learned(&mut self, demonstration: &Demonstration) {
+        self.0.push(demonstration.name().clone());
+    }
+
+    /// What ran last before a correction, in the words of a demonstration file.
+    fn after(&self, graph: &Graph, last: Place) -> Option<After> {
+        let Place::Node(id) = last else { return None };
+        let segment = graph.nodes.iter().find(|node| node.id == id)?.segments.first()?;
+        let demonstration = self.0.get(segment.demonstration as usize)?.to_string();
+        Some(After { demonstration, segment: segment.index })
     }
 }
 

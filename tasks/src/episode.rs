@@ -120,6 +120,11 @@ impl Episode {
         }
     }
 
+    /// How many of the setting's events have happened.
+    pub fn events_fired(&self) -> usize {
+        self.fired.iter().filter(|fired| **fired).count()
+    }
+
     /// Whether a condition holds now.
     pub fn holds(&self, predicate: &Predicate) -> bool {
         self.setting.holds(predicate, &self.world)

@@ -2,4 +2,5 @@
 
 pub mod learn;
 pub mod list;
+pub mod run;
 pub mod tables;

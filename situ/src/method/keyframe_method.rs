@@ -196,11 +196,16 @@ struct KeyframeTask {
 
 impl Learned for KeyframeTask {
     fn correct(&mut self, last: Place, demonstration: &Demonstration) -> Result<Trace, SituError> {
+        let after = self.model.origin(last)?;
         let (model, trace) = match self.update {
             Update::Nothing => return Ok(Trace::default()),
-            Update::Situ => situ(last, demonstration, self.model.clone(), &self.learner, &self.decisions)?,
+            Update::Situ => {
+                // Taken, not copied: a copy would cost with the size of the model.
+                let nothing = TaskModel::new(*self.model.calibration());
+                let model = std::mem::replace(&mut self.model, nothing);
+                situ(last, demonstration, model, &self.learner, &self.decisions)?
+            }
             Update::Rebuild => {
-                let after = self.model.origin(last)?;
                 let mut histories = self.model.histories().to_vec();
                 histories.push(History::new(demonstration, by_reference_object(demonstration), after));
                 rebuild(histories, Some(*self.model.calibration()), &self.learner, &self.decisions)?

@@ -54,7 +54,8 @@ pub trait Learned: Send + Sync {
     /// Folds a corrective demonstration in, `last` being the primitive that ran last.
     ///
     /// # Errors
-    /// Where `last` cannot have run or the demonstration cannot be learned; the model is then as before.
+    /// Where `last` cannot have run: the model is then as before. Where the learner refuses a segment: the model is lost then,
+    /// so keep [`Learned::boxed`] of it where that matters.
     fn correct(&mut self, last: Place, demonstration: &Demonstration) -> Result<Trace, SituError>;
 
     /// The place that most probably follows `last` in `state`, and its probability; `None` where nothing follows.
