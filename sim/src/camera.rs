@@ -48,16 +48,52 @@ const BEAD_COLOR: [u8; 3] = [236, 146, 38];
 /// Colour of what lies beyond the table.
 const SKY: [u8; 3] = [238, 241, 245];
 
+/// How much of the picture, from its middle to its edge, a camera that is set up by [`Camera::around`] fills.
+const FILLED: f64 = 0.94;
+
 impl Camera {
+    /// The camera that looks the way the default one does, from as near as it can with all these boxes in the picture; `aspect` is the picture's
+    /// width over its height. A box is given by its least and largest corner, metres, world frame. No boxes give the default camera.
+    pub fn around(boxes: &[[[f64; 3]; 2]], aspect: f64) -> Camera {
+        let default = Camera::default();
+        let [right, up, ahead] = default.axes();
+        let corner = |bounds: &[[f64; 3]; 2], index: usize| {
+            let pick = |axis: usize| bounds[(index >> axis) & 1][axis];
+            Vector3::new(pick(0), pick(1), pick(2))
+        };
+        let points: Vec<Vector3<f64>> =
+            boxes.iter().flat_map(|bounds| (0..8).map(move |index| corner(bounds, index))).collect();
+        if points.is_empty() {
+            return default;
+        }
+        // A point at (x, z), sideways and ahead, is in the picture if |x − x₀| ≤ s (z − z₀) for an eye at (x₀, z₀): each side of the picture
+        // bounds x₀ − s z₀ from below and x₀ + s z₀ from above, and the nearest eye is where both bounds of the tighter axis meet.
+        let half = FILLED * libm::tan(0.5 * default.fov);
+        let limits = [(right, half * aspect), (up, half)].map(|(axis, slope)| {
+            let low = points.iter().map(|p| p.dot(&axis) - slope * p.dot(&ahead)).fold(f64::NEG_INFINITY, f64::max);
+            let high = points.iter().map(|p| p.dot(&axis) + slope * p.dot(&ahead)).fold(f64::INFINITY, f64::min);
+            (low, high, slope)
+        });
+        let depth = limits.iter().map(|(low, high, slope)| (high - low) / (2.0 * slope)).fold(f64::INFINITY, f64::min);
+        let [x, y] = limits.map(|(low, high, _)| 0.5 * (low + high));
+        let eye = right * x + up * y + ahead * depth;
+        Camera { eye: eye.into(), target: (eye + ahead).into(), fov: default.fov }
+    }
+
+    /// The directions to the right, up and ahead.
+    fn axes(&self) -> [Vector3<f64>; 3] {
+        let ahead = (Point3::from(self.target) - Point3::from(self.eye)).normalize();
+        let across = ahead.cross(&Vector3::z());
+        // Looking straight down, "up" in the picture is y.
+        let right = if across.norm() > 1e-9 { across.normalize() } else { Vector3::x() };
+        [right, right.cross(&ahead), ahead]
+    }
+
     /// Takes a picture of the world: the true collision shapes, in the colours of the objects.
     pub fn render(&self, world: &World, width: u32, height: u32) -> Image {
         let scene = Scene::new(world);
         let eye = Point3::from(self.eye);
-        let ahead = (Point3::from(self.target) - eye).normalize();
-        let across = ahead.cross(&Vector3::z());
-        // Looking straight down, "up" in the picture is y.
-        let right = if across.norm() > 1e-9 { across.normalize() } else { Vector3::x() };
-        let up = right.cross(&ahead);
+        let [right, up, ahead] = self.axes();
         let scale = libm::tan(0.5 * self.fov);
         let (w, h) = (f64::from(width), f64::from(height));
         let origin = to_engine_vector(&eye.coords);

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// A mistake in the description of a scene, or a picture which could not be written.
+/// A mistake in the description of a scene, or a picture that could not be encoded.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SimError {
@@ -52,12 +52,10 @@ pub enum SimError {
         /// How many fit below the rim.
         room: usize,
     },
-    /// A picture could not be written.
-    #[error("picture `{path}`: {reason}")]
+    /// A picture could not be encoded.
+    #[error("picture: {reason}")]
     Picture {
-        /// The file that was to be written.
-        path: String,
-        /// What the file system or the encoder said.
+        /// What is wrong with it.
         reason: String,
     },
 }

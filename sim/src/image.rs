@@ -1,8 +1,4 @@
-//! Pictures: rows of pixels, written as PNG, set side by side, or shown one after the other.
-
-use std::fs::File;
-use std::io::BufWriter;
-use std::path::Path;
+//! Pictures: rows of pixels, encoded as PNG, set side by side and one below the other.
 
 use crate::error::SimError;
 
@@ -44,62 +40,77 @@ impl Image {
         3 * (y as usize * self.width as usize + x as usize)
     }
 
+    /// Copies a picture into this one, which must have room for it there.
+    fn paste(&mut self, image: &Image, left: u32, top: u32) {
+        for row in 0..image.height {
+            let (from, to, length) = (image.offset(0, row), self.offset(left, top + row), 3 * image.width as usize);
+            self.rgb[to..to + length].copy_from_slice(&image.rgb[from..from + length]);
+        }
+    }
+
+    /// The part of this picture inside a rectangle, which must lie in it.
+    pub(crate) fn cut(&self, left: u32, top: u32, width: u32, height: u32) -> Image {
+        let row = |y| &self.rgb[self.offset(left, y)..self.offset(left, y) + 3 * width as usize];
+        Image { width, height, rgb: (top..top + height).flat_map(row).copied().collect() }
+    }
+
     /// A strip: the pictures side by side from left to right, aligned at their tops. No pictures give an empty one.
     pub fn beside(images: &[Image]) -> Image {
-        let gaps = GAP * (images.len().saturating_sub(1)) as u32;
-        let width = images.iter().map(|image| image.width).sum::<u32>() + gaps;
+        let width = images.iter().map(|image| image.width).sum::<u32>() + gaps(images);
         let height = images.iter().map(|image| image.height).max().unwrap_or(0);
         let mut strip = Image::plain(width, height, PAPER);
         let mut left = 0;
         for image in images {
-            for row in 0..image.height {
-                let (from, to, length) = (image.offset(0, row), strip.offset(left, row), 3 * image.width as usize);
-                strip.rgb[to..to + length].copy_from_slice(&image.rgb[from..from + length]);
-            }
+            strip.paste(image, left, 0);
             left += image.width + GAP;
         }
         strip
     }
 
-    /// Writes the picture as PNG.
+    /// The pictures one below the other from the top, aligned at their left. No pictures give an empty one.
+    pub fn below(images: &[Image]) -> Image {
+        let width = images.iter().map(|image| image.width).max().unwrap_or(0);
+        let height = images.iter().map(|image| image.height).sum::<u32>() + gaps(images);
+        let mut column = Image::plain(width, height, PAPER);
+        let mut top = 0;
+        for image in images {
+            column.paste(image, 0, top);
+            top += image.height + GAP;
+        }
+        column
+    }
+
+    /// The bytes of the picture as PNG.
     ///
     /// # Errors
-    /// The file cannot be written, or the picture is empty.
-    pub fn write_png(&self, path: impl AsRef<Path>) -> Result<(), SimError> {
-        write(path.as_ref(), std::slice::from_ref(self), None)
+    /// The picture is empty.
+    pub fn png(&self) -> Result<Vec<u8>, SimError> {
+        let mut bytes = Vec::new();
+        let mut encode = || -> Result<(), png::EncodingError> {
+            let mut writer = encoder(&mut bytes, self.width, self.height).write_header()?;
+            writer.write_image_data(&self.rgb)?;
+            writer.finish()
+        };
+        encode().map_err(refused)?;
+        Ok(bytes)
     }
 }
 
-/// Writes the pictures as an animated PNG that runs for ever, each shown for `delay_ms` milliseconds.
-///
-/// # Errors
-/// The file cannot be written, there are no pictures, or they differ in size.
-pub fn write_apng(path: impl AsRef<Path>, frames: &[Image], delay_ms: u16) -> Result<(), SimError> {
-    write(path.as_ref(), frames, Some(delay_ms))
+/// Pixels between so many pictures.
+fn gaps(images: &[Image]) -> u32 {
+    GAP * images.len().saturating_sub(1) as u32
 }
 
-fn write(path: &Path, frames: &[Image], delay_ms: Option<u16>) -> Result<(), SimError> {
-    let fail = |reason: String| SimError::Picture { path: path.display().to_string(), reason };
-    let Some(first) = frames.first() else {
-        return Err(fail("there is no picture to write".to_owned()));
-    };
-    if frames.iter().any(|frame| (frame.width, frame.height) != (first.width, first.height)) {
-        return Err(fail("the pictures differ in size".to_owned()));
-    }
-    let file = BufWriter::new(File::create(path).map_err(|error| fail(error.to_string()))?);
-    let encode = || -> Result<(), png::EncodingError> {
-        let mut encoder = png::Encoder::new(file, first.width, first.height);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        if let Some(delay) = delay_ms {
-            encoder.set_animated(frames.len() as u32, 0)?;
-            encoder.set_frame_delay(delay, 1000)?;
-        }
-        let mut writer = encoder.write_header()?;
-        for frame in frames {
-            writer.write_image_data(&frame.rgb)?;
-        }
-        writer.finish()
-    };
-    encode().map_err(|error| fail(error.to_string()))
+/// How all our PNG are encoded.
+pub(crate) fn encoder(bytes: &mut Vec<u8>, width: u32, height: u32) -> png::Encoder<'static, &mut Vec<u8>> {
+    let mut encoder = png::Encoder::new(bytes, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::High);
+    encoder
+}
+
+/// What the encoder did not like.
+pub(crate) fn refused(error: png::EncodingError) -> SimError {
+    SimError::Picture { reason: error.to_string() }
 }

@@ -1,6 +1,7 @@
 //! What can be seen and felt in a world.
 
 use nalgebra::Point3;
+use rapier3d::geometry::BoundingVolume;
 use rapier3d::prelude::{ColliderHandle, RigidBodyHandle};
 
 use crate::frame::{Pose, from_engine, from_engine_vector};
@@ -29,6 +30,13 @@ impl World {
     /// Pose of the object's frame in the world.
     pub fn pose(&self, object: &str) -> Option<Pose> {
         self.body(object).map(|body| from_engine(self.physics.bodies[body].position()))
+    }
+
+    /// The least and the largest corner of the box along the world's axes that holds a thing, metres. `table` and `hand` are names, too.
+    pub fn bounds(&self, name: &str) -> Option<[[f64; 3]; 2]> {
+        let boxes = self.colliders_of(name).into_iter().map(|collider| self.physics.colliders[collider].compute_aabb());
+        let bounds = boxes.reduce(|sum, next| sum.merged(&next))?;
+        Some([bounds.mins, bounds.maxs].map(|corner| from_engine_vector(corner).into()))
     }
 
     /// Speed of the object's centre of mass in m/s.

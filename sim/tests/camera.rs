@@ -3,7 +3,7 @@
 mod common;
 
 use common::standing;
-use situ_sim::{Beads, Camera, Cup, Image, Object, SimError, World, write_apng};
+use situ_sim::{Beads, Camera, Cup, Film, Image, Object, SimError, World};
 
 /// Whether a pixel is a shade of a colour: the same proportions, neither black nor brighter.
 fn is_shade(pixel: [u8; 3], color: [u8; 3]) -> bool {
@@ -60,7 +60,7 @@ fn objects_have_their_colours_where_they_are() {
 }
 
 #[test]
-fn pictures_are_written_and_read_back() {
+fn pictures_are_encoded_and_read_back() {
     let world = scene();
     let image = Camera::default().render(&world, 64, 40);
     let strip = Image::beside(&[image.clone(), Image::plain(10, 20, [1, 2, 3])]);
@@ -69,29 +69,83 @@ fn pictures_are_written_and_read_back() {
     assert_eq!(strip.pixel(68, 19), Some([1, 2, 3]));
     assert_eq!((strip.pixel(68, 20), strip.pixel(78, 0)), (Some([255; 3]), None));
 
-    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
-    let path = folder.join("strip.png");
-    strip.write_png(&path).unwrap();
-    let mut reader =
-        png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&path).unwrap())).read_info().unwrap();
-    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let column = Image::below(&[image.clone(), strip.clone()]);
+    assert_eq!((column.width, column.height), (78, 40 + 4 + 40));
+    assert_eq!((column.pixel(5, 7), column.pixel(68, 44 + 19)), (image.pixel(5, 7), Some([1, 2, 3])));
+
+    let (mut reader, mut pixels) = decoded(&strip.png().unwrap());
     reader.next_frame(&mut pixels).unwrap();
     assert_eq!(pixels, strip.rgb);
+    assert!(matches!(Image::plain(0, 4, [0; 3]).png(), Err(SimError::Picture { .. })));
+}
 
-    let film = folder.join("film.png");
-    write_apng(&film, &[image.clone(), Image::plain(64, 40, [9; 3]), image.clone()], 100).unwrap();
-    let mut reader =
-        png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&film).unwrap())).read_info().unwrap();
-    assert_eq!(reader.info().animation_control().unwrap().num_frames, 3);
-    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
-    for expected in [&image, &Image::plain(64, 40, [9; 3]), &image] {
+/// A reader of a PNG, and room for its largest frame.
+fn decoded(bytes: &[u8]) -> (png::Reader<std::io::Cursor<Vec<u8>>>, Vec<u8>) {
+    let reader = png::Decoder::new(std::io::Cursor::new(bytes.to_vec())).read_info().unwrap();
+    let room = vec![0; reader.output_buffer_size().unwrap()];
+    (reader, room)
+}
+
+/// Puts each frame of a film where it says, and gives back what is then seen, with the time that it is shown for.
+fn shown(bytes: &[u8]) -> Vec<(Image, u16)> {
+    let (mut reader, mut pixels) = decoded(bytes);
+    let mut image = Image::plain(reader.info().width, reader.info().height, [0; 3]);
+    let frames = reader.info().animation_control().unwrap().num_frames;
+    let frame = |_| {
         reader.next_frame(&mut pixels).unwrap();
-        assert_eq!(pixels, expected.rgb);
-    }
+        let control = *reader.info().frame_control().unwrap();
+        let row = 3 * control.width as usize;
+        for (y, from) in (control.y_offset..).zip(pixels.chunks(row).take(control.height as usize)) {
+            let to = 3 * (y * image.width + control.x_offset) as usize;
+            image.rgb[to..to + row].copy_from_slice(from);
+        }
+        (image.clone(), control.delay_num)
+    };
+    (0..frames).map(frame).collect()
+}
 
-    let differing = write_apng(&film, &[image, strip], 100);
-    assert!(matches!(differing, Err(SimError::Picture { reason, .. }) if reason.contains("size")));
-    assert!(matches!(write_apng(&film, &[], 100), Err(SimError::Picture { .. })));
-    let nowhere = Image::plain(1, 1, [0; 3]).write_png(folder.join("no/such/folder.png"));
-    assert!(matches!(nowhere, Err(SimError::Picture { path, .. }) if path.contains("folder.png")));
+#[test]
+fn a_film_shows_its_pictures() {
+    let mut dot = Image::plain(64, 40, [9; 3]);
+    dot.rgb[3 * (7 * 64 + 5)] = 200;
+    let pictures = [Camera::default().render(&scene(), 64, 40), Image::plain(64, 40, [9; 3]), dot];
+    let order = [0, 1, 1, 1, 2, 0];
+    let mut film = Film::new(24);
+    assert!(matches!(film.png(), Err(SimError::Picture { .. })));
+    order.iter().for_each(|&index| film.push(pictures[index].clone()).unwrap());
+    let refused = film.push(Image::plain(64, 41, [0; 3]));
+    assert!(matches!(refused, Err(SimError::Picture { reason }) if reason.contains("size")));
+    // Pictures that stand still are one frame, shown for longer.
+    let expected = [(0, 1), (1, 3), (2, 1), (0, 1)].map(|(index, times): (usize, u16)| (pictures[index].clone(), times));
+    assert_eq!(film.frames(), expected.len());
+    assert_eq!(shown(&film.png().unwrap()), expected);
+}
+
+#[test]
+fn a_camera_set_up_around_boxes_sees_them_all_and_is_as_near_as_that_allows() {
+    // Small red cubes at the corners of a box, and nothing else: all of them, and none cut off, are in the picture.
+    let bounds = [[-0.3, -0.1, 0.0], [0.1, 0.25, 0.3]];
+    for (width, height) in [(300, 200), (120, 240)] {
+        let camera = Camera::around(&[bounds], f64::from(width) / f64::from(height));
+        let mut world = World::new();
+        world.place_gripper(standing(-3.0, 0.0, 0.3, 0.0), 0.05);
+        let mut seen = 0;
+        for corner in 0..8 {
+            let [x, y, z] = [0, 1, 2].map(|axis| bounds[(corner >> axis) & 1][axis]);
+            let cube = Object::block(format!("cube {corner}"), [0.004; 3], 1000.0, 0.5).with_color([250, 0, 0]);
+            let mut world = world.clone();
+            world.add(cube, standing(x, y, z.max(0.004), 0.0)).unwrap();
+            let image = camera.render(&world, width, height);
+            let red = |x: u32, y: u32| image.pixel(x, y).is_some_and(|[r, g, _]| r > 60 && g < 30);
+            let reds: Vec<(u32, u32)> =
+                (0..width).flat_map(|x| (0..height).map(move |y| (x, y))).filter(|&(x, y)| red(x, y)).collect();
+            assert!(!reds.is_empty(), "corner {corner} is not in the picture");
+            assert!(reds.iter().all(|&(x, y)| x > 0 && y > 0 && x + 1 < width && y + 1 < height));
+            let edge = 0.06;
+            let near = |at: u32, size: u32| f64::from(at.min(size - at)) < edge * f64::from(size);
+            seen += usize::from(reds.iter().any(|&(x, y)| near(x, width) || near(y, height)));
+        }
+        assert!(seen >= 2, "{seen} corners are near an edge of the picture of {width} × {height}");
+    }
+    assert_eq!(Camera::around(&[], 1.5), Camera::default());
 }
