@@ -30,7 +30,7 @@ impl Subject {
     /// Where the parameters are out of range; [`BenchError::Argument`] where what was learned is not the automaton.
     pub fn teach(method: &dyn Method, parameters: Parameters) -> Result<Self, BenchError> {
         let automaton = Automaton::new(parameters)?;
-        let learned = method.teach(automaton.schema(), automaton.originals())?;
+        let learned = method.teach(automaton.schema(), automaton.originals(), parameters.seed)?;
         if !automaton.is_recovered(&learned.graph()) {
             let Parameters { nodes, seed, .. } = parameters;
             let problem =

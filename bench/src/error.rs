@@ -4,6 +4,7 @@ use std::io;
 use std::path::PathBuf;
 
 use situ::error::SituError;
+use situ_sim::SimError;
 use situ_tasks::TaskError;
 use situ_teachers::TeacherError;
 use thiserror::Error;
@@ -108,6 +109,9 @@ pub enum BenchError {
     /// The user stopped the program.
     #[error("interrupted: every finished run is in the ledger; go on with --resume")]
     Interrupted,
+    /// A picture that cannot be made.
+    #[error(transparent)]
+    Picture(#[from] SimError),
     /// An error of a task or its file.
     #[error(transparent)]
     Task(#[from] TaskError),

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 
 use crate::error::BenchError;
 
-/// Writes all of these files, or none: each text goes to a new file beside its target, and the new files take the targets'
+/// Writes all of these files, or none: each content goes to a new file beside its target, and the new files take the targets'
 /// places when all of them are written.
 ///
 /// # Errors
-/// [`BenchError::Write`]; [`BenchError::Argument`] where two texts have one target.
-pub fn write_all(files: &[(PathBuf, String)]) -> Result<(), BenchError> {
+/// [`BenchError::Write`]; [`BenchError::Argument`] where two contents have one target.
+pub fn write_all(files: &[(PathBuf, impl AsRef<[u8]>)]) -> Result<(), BenchError> {
     for (index, (path, _)) in files.iter().enumerate() {
         if files[..index].iter().any(|(other, _)| other == path) {
             return Err(BenchError::Argument(format!(
@@ -21,8 +21,8 @@ pub fn write_all(files: &[(PathBuf, String)]) -> Result<(), BenchError> {
     }
     let parts: Vec<PathBuf> = files.iter().map(|(path, _)| beside(path)).collect();
     let write = || {
-        for ((path, text), part) in files.iter().zip(&parts) {
-            fs::write(part, text).map_err(|source| BenchError::Write { path: path.clone(), source })?;
+        for ((path, content), part) in files.iter().zip(&parts) {
+            fs::write(part, content).map_err(|source| BenchError::Write { path: path.clone(), source })?;
         }
         for ((path, _), part) in files.iter().zip(&parts) {
             fs::rename(part, path).map_err(|source| BenchError::Write { path: path.clone(), source })?;

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use situ_bench::cmd::{learn::Learn, list::List, run::Run, tables::Tables};
+use situ_bench::cmd::{learn::Learn, list::List, run::Run, show::Show, tables::Tables};
 use situ_bench::error::BenchError;
 
 /// The benchmark of learning from corrective demonstrations: task models as automata of primitives, and what it takes and
@@ -30,6 +30,7 @@ enum Verb {
     List(List),
     Tables(Tables),
     Learn(Learn),
+    Show(Show),
 }
 
 fn main() -> ExitCode {
@@ -42,6 +43,7 @@ fn main() -> ExitCode {
             print(&printed.text)
         }),
         Verb::Learn(learn) => learn.run().and_then(|text| print(&text)),
+        Verb::Show(show) => show.run().and_then(|text| print(&text)),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

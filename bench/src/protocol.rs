@@ -89,7 +89,8 @@ impl Protocol {
         if !path.exists() {
             return Err(BenchError::unknown("protocol", name_or_path, Self::names()));
         }
-        let text = std::fs::read_to_string(path).map_err(|source| BenchError::Read { path: path.to_owned(), source })?;
+        let text =
+            std::fs::read_to_string(path).map_err(|source| BenchError::Read { path: path.to_owned(), source })?;
         Self::parse(&text, path)
     }
 
@@ -100,7 +101,11 @@ impl Protocol {
     pub fn parse(text: &str, path: &Path) -> Result<Self, BenchError> {
         let mut protocol: Self = toml::from_str(text).map_err(|error| {
             let offset = error.span().map_or(0, |span| span.start);
-            BenchError::Protocol { path: path.to_owned(), line: line_of(text, offset), problem: error.message().to_owned() }
+            BenchError::Protocol {
+                path: path.to_owned(),
+                line: line_of(text, offset),
+                problem: error.message().to_owned(),
+            }
         })?;
         let refuse = |key: &str, expected: &str| {
             let last = key.rsplit('.').next().unwrap_or(key);
@@ -126,7 +131,9 @@ impl Protocol {
         if budget.from_scratch == 0 {
             return refuse("budget.from_scratch", "1 or more");
         }
-        for (key, list) in [("tasks", &protocol.tasks), ("teachers", &protocol.teachers), ("methods", &protocol.methods)] {
+        for (key, list) in
+            [("tasks", &protocol.tasks), ("teachers", &protocol.teachers), ("methods", &protocol.methods)]
+        {
             if list.is_empty() {
                 return refuse(key, "at least one name");
             }

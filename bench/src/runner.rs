@@ -93,7 +93,8 @@ impl Plan {
         for task in tasks {
             let task = registry.get(task)?;
             variations_known.extend(task.variations().map(str::to_owned));
-            let wanted = |name: &str| filter.variations.is_empty() || filter.variations.iter().any(|wanted| wanted == name);
+            let wanted =
+                |name: &str| filter.variations.is_empty() || filter.variations.iter().any(|wanted| wanted == name);
             let variations = task.variations().filter(|name| wanted(name)).map(|name| task.variation(Some(name)));
             let variations = variations.collect::<Result<Vec<_>, _>>()?;
             if variations.is_empty() {
@@ -118,7 +119,8 @@ impl Plan {
                 }
                 for nodes in &suite.nodes {
                     let seeds = first_seed..first_seed.saturating_add(suite.seeds);
-                    let groups = seeds.filter_map(|seed| Some(CostGroup { method: method::named(name)?, nodes: *nodes, seed }));
+                    let groups =
+                        seeds.filter_map(|seed| Some(CostGroup { method: method::named(name)?, nodes: *nodes, seed }));
                     costs.extend(groups);
                 }
             }
@@ -165,7 +167,8 @@ impl Plan {
                 nodes: group.nodes,
                 seed: group.seed,
             };
-            let (finished, left): (Vec<Edit>, Vec<Edit>) = Edit::ALL.into_iter().partition(|edit| done.contains(&identity(*edit)));
+            let (finished, left): (Vec<Edit>, Vec<Edit>) =
+                Edit::ALL.into_iter().partition(|edit| done.contains(&identity(*edit)));
             finished.iter().for_each(|_| progress.finished());
             if left.is_empty() {
                 continue;
@@ -180,14 +183,20 @@ impl Plan {
             }
         }
         self.groups.par_iter().try_for_each(|group| {
-            let surroundings =
-                Surroundings { protocol: &self.protocol, teacher: &group.teacher, seed: group.seed, interrupted, archive };
+            let surroundings = Surroundings {
+                protocol: &self.protocol,
+                teacher: &group.teacher,
+                seed: group.seed,
+                interrupted,
+                archive,
+            };
             let todo: Vec<(&Arc<Setting>, Vec<&dyn Method>)> = group
                 .variations
                 .iter()
                 .map(|setting| {
                     let methods = self.methods.iter().map(|method| &**method);
-                    let is_done = |method: &&dyn Method| done.contains(&Identity::Run(surroundings.key(setting, *method)));
+                    let is_done =
+                        |method: &&dyn Method| done.contains(&Identity::Run(surroundings.key(setting, *method)));
                     let (finished, left): (Vec<_>, Vec<_>) = methods.partition(is_done);
                     finished.iter().for_each(|_| progress.finished());
                     (setting, left)
@@ -195,7 +204,12 @@ impl Plan {
                 .filter(|(_, methods)| !methods.is_empty())
                 .collect();
             let Some(first) = self.methods.first().filter(|_| !todo.is_empty()) else { return Ok(()) };
-            progress.at(&format!("{}, {}, seed {}: teaching", group.original.task, group.teacher.profile().name, group.seed));
+            progress.at(&format!(
+                "{}, {}, seed {}: teaching",
+                group.original.task,
+                group.teacher.profile().name,
+                group.seed
+            ));
             let taught = surroundings.teach(&group.original, &**first)?;
             todo.par_iter().try_for_each(|(setting, methods)| {
                 let before = surroundings.before(&taught, setting, &**first)?;

@@ -84,6 +84,10 @@ impl Surroundings<'_> {
         stream(self.seed, &format!("{}/{}/{what}/{}", setting.label(), self.teacher.profile().name, numbers.join("/")))
     }
 
+    fn learner_seed(&self) -> u64 {
+        stream(self.seed, "learner")
+    }
+
     fn check_interrupt(&self) -> Result<(), BenchError> {
         if self.interrupted.load(Ordering::Relaxed) { Err(BenchError::Interrupted) } else { Ok(()) }
     }
@@ -157,7 +161,13 @@ impl Surroundings<'_> {
     }
 
     /// The same rollout again, with the teacher watching: the failure, as the teacher finds it.
-    fn watch(&self, model: &dyn Learned, setting: &Arc<Setting>, round: u32, index: u32) -> Result<Option<Failure>, BenchError> {
+    fn watch(
+        &self,
+        model: &dyn Learned,
+        setting: &Arc<Setting>,
+        round: u32,
+        index: u32,
+    ) -> Result<Option<Failure>, BenchError> {
         let Some(mut episode) = self.start(setting, round, index)? else { return Ok(None) };
         let (execute, mut rng) = self.execution(setting, round, index, true);
         let rollout = rollout(model, &mut episode, execute, &mut rng, &mut |_| {})?;
@@ -190,7 +200,7 @@ impl Surroundings<'_> {
             if index + 1 < budget.least_originals {
                 continue;
             }
-            let model = method.teach(&schema, &taught.demonstrations)?;
+            let model = method.teach(&schema, &taught.demonstrations, self.learner_seed())?;
             let evaluation = self.evaluate(&*model, original, index)?;
             taught.rate = evaluation.rate;
             if self.is_reached(&evaluation) {
@@ -202,11 +212,16 @@ impl Surroundings<'_> {
     }
 
     /// The original model on the changed task: what every method starts from. Nothing is rolled out where there is no such model.
-    pub fn before(&self, taught: &Taught, setting: &Arc<Setting>, method: &dyn Method) -> Result<Evaluation, BenchError> {
+    pub fn before(
+        &self,
+        taught: &Taught,
+        setting: &Arc<Setting>,
+        method: &dyn Method,
+    ) -> Result<Evaluation, BenchError> {
         if !taught.reached {
             return Ok(Evaluation::none(0));
         }
-        let model = method.teach(&convert::schema(setting)?, &taught.demonstrations)?;
+        let model = method.teach(&convert::schema(setting)?, &taught.demonstrations, self.learner_seed())?;
         self.evaluate(&*model, setting, 0)
     }
 
@@ -270,14 +285,15 @@ impl Surroundings<'_> {
         run: &mut Run,
     ) -> Result<Evaluation, BenchError> {
         let schema = convert::schema(setting)?;
-        let mut model = method.teach(&schema, &taught.demonstrations)?;
+        let mut model = method.teach(&schema, &taught.demonstrations, self.learner_seed())?;
         let mut last = before.clone();
         let mut names = Names::of(&taught.demonstrations);
         for round in 0..self.protocol.budget.corrections {
             if self.is_reached(&last) {
                 break;
             }
-            let Some((failure, demonstration, effort)) = self.correction(&*model, setting, &schema, &last, round)? else {
+            let Some((failure, demonstration, effort)) = self.correction(&*model, setting, &schema, &last, round)?
+            else {
                 // No failure from which this teacher can still show the way: more corrections will not come.
                 break;
             };
@@ -315,7 +331,8 @@ impl Surroundings<'_> {
                 let mut episode = Episode::restore(&failure.snapshot);
                 let seed = self.stream(setting, "correct", &[round, *index, attempt]);
                 let name = format!("{}-correction-{round}", setting.label());
-                let shown = self.teacher.demonstrate(&name, Kind::Corrective, schema, &mut episode, seed, &mut |_| {})?;
+                let shown =
+                    self.teacher.demonstrate(&name, Kind::Corrective, schema, &mut episode, seed, &mut |_| {})?;
                 if let (true, Some(demonstration)) = (shown.clean, shown.demonstration) {
                     return Ok(Some((failure, demonstration, effort_of(&shown.effort))));
                 }
@@ -324,7 +341,12 @@ impl Surroundings<'_> {
         Ok(None)
     }
 
-    fn from_scratch(&self, setting: &Arc<Setting>, method: &dyn Method, run: &mut Run) -> Result<Evaluation, BenchError> {
+    fn from_scratch(
+        &self,
+        setting: &Arc<Setting>,
+        method: &dyn Method,
+        run: &mut Run,
+    ) -> Result<Evaluation, BenchError> {
         let schema = convert::schema(setting)?;
         let mut demonstrations = Vec::new();
         let mut last = Evaluation::none(self.protocol.rollouts);
@@ -332,7 +354,7 @@ impl Surroundings<'_> {
             let Some((demonstration, effort)) = self.demonstrate(setting, &schema, index)? else { break };
             demonstrations.push(demonstration);
             run.effort += effort;
-            let model = method.teach(&schema, &demonstrations)?;
+            let model = method.teach(&schema, &demonstrations, self.learner_seed())?;
             last = self.evaluate(&*model, setting, index + 1)?;
             if self.is_reached(&last) {
                 break;

@@ -307,7 +307,7 @@ mod tests {
     use super::*;
 
     fn taught(name: &str, automaton: &Automaton) -> Box<dyn situ::method::Learned> {
-        method::named(name).unwrap().teach(automaton.schema(), automaton.originals()).unwrap()
+        method::named(name).unwrap().teach(automaton.schema(), automaton.originals(), 0).unwrap()
     }
 
     #[test]

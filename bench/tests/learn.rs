@@ -36,7 +36,7 @@ fn copies() -> tempfile::TempDir {
 
 #[test]
 fn the_example_adds_a_node() {
-    let lesson = learn(&*named("situ").unwrap(), &ORIGINALS.map(read), &[read(CORRECTION)]).unwrap();
+    let lesson = learn(&*named("situ").unwrap(), &ORIGINALS.map(read), &[read(CORRECTION)], 0).unwrap();
     let [corrected] = &lesson.corrections[..] else { panic!("one correction") };
     assert_eq!(corrected.difference.edit(), Edit::NodeAddition);
     let graph = lesson.learned.graph();
@@ -75,7 +75,7 @@ fn the_program_learns_the_example() {
 #[test]
 fn every_method_learns_the_example() {
     for method in situ::method::all() {
-        let lesson = learn(&*method, &ORIGINALS.map(read), &[read(CORRECTION)]);
+        let lesson = learn(&*method, &ORIGINALS.map(read), &[read(CORRECTION)], 0);
         let lesson = lesson.unwrap_or_else(|error| panic!("{}: {error}", method.name()));
         assert!(lesson.learned.graph().nodes.len() >= 2, "{}", method.name());
     }

@@ -26,11 +26,14 @@ pub struct Found {
 /// Clusters the segment with its candidates: those in `applicable` first, and where none of them matches, others of its
 /// reference object (decision D10).
 ///
+/// `own` is the policy fitted to the segment alone.
+///
 /// # Errors
-/// Where the segment's own model cannot be fitted.
+/// [`SituError::UnknownNode`] where `applicable` names a node that is not in the model.
 pub fn find<L: Learner>(
     model: &TaskModel<L>,
     segment: &Segment,
+    own: &L::Policy,
     applicable: &[NodeId],
     learner: &L,
     decisions: &Decisions,
@@ -44,7 +47,7 @@ pub fn find<L: Learner>(
         }
         Candidates::All => model.nodes().map(|(id, _)| id).collect(),
     };
-    let found = among(model, segment, &indexed, learner, decisions, counters)?;
+    let found = among(model, own, &indexed, learner, decisions, counters)?;
     let Candidates::ReferenceFallback(limit) = decisions.candidates else { return Ok(found) };
     if found.node.is_some() {
         return Ok(found);
@@ -56,7 +59,7 @@ pub fn find<L: Learner>(
     }
     others.sort_by(|left, right| left.0.total_cmp(&right.0).then(left.1.cmp(&right.1)));
     let others: Vec<NodeId> = others.into_iter().take(limit).map(|(_, id)| id).collect();
-    let fallback = among(model, segment, &others, learner, decisions, counters)?;
+    let fallback = among(model, own, &others, learner, decisions, counters)?;
     // Outside of Z only the segment's own cluster counts: redundancy elsewhere is not this update's business.
     let own = fallback.groups.into_iter().filter(|group| fallback.node.is_some_and(|node| group.contains(&node)));
     Ok(Found {
@@ -69,7 +72,7 @@ pub fn find<L: Learner>(
 
 fn among<L: Learner>(
     model: &TaskModel<L>,
-    segment: &Segment,
+    own: &L::Policy,
     candidates: &[NodeId],
     learner: &L,
     decisions: &Decisions,
@@ -82,7 +85,7 @@ fn among<L: Learner>(
         return Ok(Found { node: None, groups: Vec::new(), matched_in: MatchedIn::None, compared: 0 });
     }
     let policies = candidates.iter().map(|id| Ok(&model.node(*id)?.policy)).collect::<Result<Vec<_>, SituError>>()?;
-    let clustering = learner.cluster_and_find(segment, &policies, model.calibration(), counters)?;
+    let clustering = learner.cluster_and_find(own, &policies, model.calibration(), counters);
     let ids = |indices: &[usize]| indices.iter().map(|index| candidates[*index]).collect::<Vec<_>>();
     let mut groups = Vec::new();
     if decisions.merge_redundant {

@@ -215,6 +215,18 @@ impl Demonstration {
         &self.final_state
     }
 
+    /// Checks that its states, which all have one length, have a number for each of so many features.
+    ///
+    /// # Errors
+    /// [`SituError::StateLength`].
+    pub fn check_features(&self, expected: usize) -> Result<(), SituError> {
+        let found = self.final_state.values().len();
+        if found == expected {
+            return Ok(());
+        }
+        Err(SituError::StateLength { place: format!("demonstration `{}`", self.name), found, expected })
+    }
+
     /// Whether the teacher went on to the end of the task: only then is the final state an example of END.
     pub fn carried_to_end(&self) -> bool {
         self.carried_to_end

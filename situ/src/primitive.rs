@@ -54,23 +54,17 @@ pub trait Learner {
         counters: &mut Counters,
     ) -> Result<Self::Classifier, SituError>;
 
-    /// Cluster and Find-Policy (A2.2, A2.4): clusters the segment with the candidates' policies.
-    ///
-    /// # Errors
-    /// Where the segment's own model cannot be fitted.
+    /// Cluster and Find-Policy (A2.2, A2.4): clusters a segment's own policy with those of the candidates.
     fn cluster_and_find(
         &self,
-        segment: &Segment,
+        own: &Self::Policy,
         candidates: &[&Self::Policy],
         calibration: &Self::Calibration,
         counters: &mut Counters,
-    ) -> Result<Clustering, SituError>;
+    ) -> Clustering;
 
-    /// The distance between a segment and a policy, in the unit of the calibration's cut; infinite where they cannot be compared.
-    ///
-    /// # Errors
-    /// Where the segment's own model cannot be fitted.
-    fn distance(&self, segment: &Segment, policy: &Self::Policy, counters: &mut Counters) -> Result<f64, SituError>;
+    /// The distance between two policies, in the unit of the calibration's cut; infinite where they cannot be compared.
+    fn distance(&self, left: &Self::Policy, right: &Self::Policy, counters: &mut Counters) -> f64;
 
     /// Calibrates the cut on the segments of the original demonstrations, one slice a demonstration.
     ///

@@ -77,8 +77,10 @@ fn local_update<L: Learner>(
     let s = SampleId::Start(d);
     let subtract = decisions.subtract_own_positives;
 
-    // A2.2 and A2.4: Cluster and Find-Policy in one (paper, "Find Policy"; D4, D10).
-    let found = candidates::find(model, &segment, z_set, learner, decisions, &mut counters)?;
+    // Paper, "Find Policy": a model of d alone comes first; it is the π of A2.8 where d turns out to be new.
+    let own = learner.fit_policy(&[&segment], &mut counters)?;
+    // A2.2 and A2.4: Cluster and Find-Policy in one (D4, D10).
+    let found = candidates::find(model, &segment, &own, z_set, learner, decisions, &mut counters)?;
     // A2.3: Local-Reconnect; `a` and the match may have been merged into another node (D9).
     let renamed = model.local_reconnect(learner, &found.groups, subtract, &mut counters)?;
     let now = |id: NodeId| renamed.get(&id).copied().unwrap_or(id);
@@ -95,7 +97,7 @@ fn local_update<L: Learner>(
         if let Some((probability, Place::Node(y))) = likely
             && probability >= rule.min_probability
             && model.node(y)?.reference == segment.reference
-            && learner.distance(&segment, &model.node(y)?.policy, &mut counters)? <= rule.max_distance
+            && learner.distance(&model.node(y)?.policy, &own, &mut counters) <= rule.max_distance
         {
             i = Some(y);
             branch = Branch::Modify;
@@ -112,9 +114,8 @@ fn local_update<L: Learner>(
             let mut n = model.starts(siblings.iter().copied()); // A2.7
             n.extend(model.background(decisions.background, [a].into_iter(), &p)); // D2
             let samples = Samples { positives: p.clone(), negatives: n };
-            let policy = learner.fit_policy(&[&segment], &mut counters)?; // A2.8
             let classifier = model.fit_samples(learner, &samples, &mut counters)?; // A2.9
-            model.add_node(p.iter().map(|_| d).collect(), policy, samples, classifier) // A2.10, A2.11
+            model.add_node(BTreeSet::from([d]), own, samples, classifier) // A2.8, A2.10, A2.11
         }
         // A2.14
         Some(z) => {

@@ -59,7 +59,7 @@ pub struct Learn {
     /// The method that keeps the task model up to date: see `situ-bench list methods`.
     #[arg(long, default_value = "situ")]
     pub method: String,
-    /// Root seed, written into the model; no method draws at random while it learns.
+    /// Root seed of what the method draws: the Monte Carlo divergences of some, nothing of `situ` and `rebuild`.
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
     /// Writes the whole model here, as JSON.
@@ -100,6 +100,7 @@ pub fn learn(
     method: &dyn Method,
     originals: &[DemonstrationFile],
     corrections: &[DemonstrationFile],
+    seed: u64,
 ) -> Result<Lesson, BenchError> {
     for (files, kind, word) in [(originals, Kind::Original, "original"), (corrections, Kind::Corrective, "corrective")]
     {
@@ -115,7 +116,7 @@ pub fn learn(
     };
     let refuse = |file: &DemonstrationFile, source| BenchError::Learn { path: file.path().to_owned(), source };
     let demonstrations: Vec<_> = originals.iter().map(|file| file.demonstration.clone()).collect();
-    let mut learned = method.teach(&first.schema, &demonstrations).map_err(|source| refuse(first, source))?;
+    let mut learned = method.teach(&first.schema, &demonstrations, seed).map_err(|source| refuse(first, source))?;
     let mut corrected = Vec::with_capacity(corrections.len());
     let mut before = learned.graph();
     for file in corrections {
@@ -153,7 +154,7 @@ impl Learn {
         let read =
             |paths: &[PathBuf]| paths.iter().map(|path| DemonstrationFile::read(path)).collect::<Result<Vec<_>, _>>();
         let (originals, corrections) = (read(&self.originals)?, read(&self.correct)?);
-        let lesson = learn(&*method, &originals, &corrections)?;
+        let lesson = learn(&*method, &originals, &corrections, self.seed)?;
         let name = originals[0].demonstration.name();
         let mut outputs = Vec::new();
         if let Some(path) = &self.out {

@@ -3,4 +3,5 @@
 pub mod learn;
 pub mod list;
 pub mod run;
+pub mod show;
 pub mod tables;

@@ -160,7 +160,9 @@ impl Run {
         if path.exists() {
             if self.out.is_some() {
                 let path = path.display();
-                return Err(BenchError::Argument(format!("{path} is there already: go on with --resume, or give another --out")));
+                return Err(BenchError::Argument(format!(
+                    "{path} is there already: go on with --resume, or give another --out"
+                )));
             }
             fs::remove_file(&path).map_err(|source| write(&path, source))?;
         }

@@ -64,7 +64,6 @@ impl Initiation for KeyframeClassifier {
 
     fn is_applicable(&self, state: &State) -> bool {
         let scaled = scaled(state, &self.scales);
-        squared_distance(&scaled, &self.centre) <= self.radius * self.radius
-            && self.confidence(&scaled) >= 0.5
+        squared_distance(&scaled, &self.centre) <= self.radius * self.radius && self.confidence(&scaled) >= 0.5
     }
 }

@@ -46,6 +46,11 @@ impl KeyframeLearner {
         &self.parameters
     }
 
+    /// The number of features of a state.
+    pub fn features(&self) -> usize {
+        self.scales.len()
+    }
+
     fn fit(
         reference: &str,
         sequences: &[Vec<Observation>],
@@ -255,14 +260,13 @@ impl Learner for KeyframeLearner {
 
     fn cluster_and_find(
         &self,
-        segment: &Segment,
+        own: &KeyframePolicy,
         candidates: &[&KeyframePolicy],
         calibration: &Calibration,
         counters: &mut Counters,
-    ) -> Result<Clustering, SituError> {
-        let own = self.fit_policy(&[segment], counters)?;
+    ) -> Clustering {
         let mut policies = candidates.to_vec();
-        policies.push(&own);
+        policies.push(own);
         let labels = self.labels(&policies, calibration.cut, counters);
         let mut clusters: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for (index, label) in labels[..candidates.len()].iter().enumerate() {
@@ -271,12 +275,11 @@ impl Learner for KeyframeLearner {
         let matched = clusters.remove(&labels[candidates.len()]).unwrap_or_default();
         let mut redundant: Vec<Vec<usize>> = clusters.into_values().filter(|group| group.len() > 1).collect();
         redundant.sort();
-        Ok(Clustering { matched, redundant })
+        Clustering { matched, redundant }
     }
 
-    fn distance(&self, segment: &Segment, policy: &KeyframePolicy, counters: &mut Counters) -> Result<f64, SituError> {
-        let own = self.fit_policy(&[segment], counters)?;
-        Ok(self.divergence(policy, &own, counters))
+    fn distance(&self, left: &KeyframePolicy, right: &KeyframePolicy, counters: &mut Counters) -> f64 {
+        self.divergence(left, right, counters)
     }
 
     fn calibrate(&self, originals: &[&[Arc<Segment>]], counters: &mut Counters) -> Result<Calibration, SituError> {

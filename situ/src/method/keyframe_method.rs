@@ -120,9 +120,8 @@ pub fn all() -> Vec<KeyframeMethod> {
             modify: None,
             ..Decisions::mended()
         }),
-        kernel("situ:fixed_scales", "D16 as designed: one scale a feature for every classifier", || KeyframeParameters {
-            standardisation: Standardisation::Fixed,
-            ..KeyframeParameters::default()
+        kernel("situ:fixed_scales", "D16 as designed: one scale a feature for every classifier", || {
+            KeyframeParameters { standardisation: Standardisation::Fixed, ..KeyframeParameters::default() }
         }),
         kernel("situ:linear", "D2b: classifiers linear in the state", || KeyframeParameters {
             lift: Lift::Linear,
@@ -168,7 +167,13 @@ impl Method for KeyframeMethod {
         self.role
     }
 
-    fn teach(&self, schema: &Schema, demonstrations: &[Demonstration]) -> Result<Box<dyn Learned>, SituError> {
+    fn teach(
+        &self,
+        schema: &Schema,
+        demonstrations: &[Demonstration],
+        seed: u64,
+    ) -> Result<Box<dyn Learned>, SituError> {
+        demonstrations.iter().try_for_each(|demonstration| demonstration.check_features(schema.len()))?;
         // Every method starts from the same model, with the default kernels: it takes over at the first correction.
         let teacher = KeyframeLearner::new(schema, KeyframeParameters::default());
         let histories = demonstrations
@@ -178,7 +183,7 @@ impl Method for KeyframeMethod {
         let (model, _) = rebuild(histories, None, &teacher, &Decisions::mended())?;
         Ok(Box::new(KeyframeTask {
             model,
-            learner: KeyframeLearner::new(schema, (self.parameters)()),
+            learner: KeyframeLearner::new(schema, KeyframeParameters { seed, ..(self.parameters)() }),
             decisions: (self.decisions)(),
             update: self.update,
         }))
@@ -196,6 +201,7 @@ struct KeyframeTask {
 
 impl Learned for KeyframeTask {
     fn correct(&mut self, last: Place, demonstration: &Demonstration) -> Result<Trace, SituError> {
+        demonstration.check_features(self.learner.features())?;
         let after = self.model.origin(last)?;
         let (model, trace) = match self.update {
             Update::Nothing => return Ok(Trace::default()),

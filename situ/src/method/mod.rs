@@ -42,11 +42,17 @@ pub trait Method: Send + Sync {
     /// What it does with a changed task.
     fn role(&self) -> Role;
 
-    /// The model of the original task, taught by these demonstrations.
+    /// The model of the original task, taught by these demonstrations. `seed` is the root of whatever the method draws
+    /// (the Monte Carlo divergences of some); equal seeds give equal models.
     ///
     /// # Errors
     /// [`SituError::NoDemonstration`], or where a demonstration cannot be learned.
-    fn teach(&self, schema: &Schema, demonstrations: &[Demonstration]) -> Result<Box<dyn Learned>, SituError>;
+    fn teach(
+        &self,
+        schema: &Schema,
+        demonstrations: &[Demonstration],
+        seed: u64,
+    ) -> Result<Box<dyn Learned>, SituError>;
 }
 
 /// A task model that a method keeps up to date, and that can be executed.
@@ -54,7 +60,7 @@ pub trait Learned: Send + Sync {
     /// Folds a corrective demonstration in, `last` being the primitive that ran last.
     ///
     /// # Errors
-    /// Where `last` cannot have run: the model is then as before. Where the learner refuses a segment: the model is lost then,
+    /// Where `last` cannot have run or the states are of another schema: the model is then as before. Where the learner refuses a segment: the model is lost then,
     /// so keep [`Learned::boxed`] of it where that matters.
     fn correct(&mut self, last: Place, demonstration: &Demonstration) -> Result<Trace, SituError>;
 

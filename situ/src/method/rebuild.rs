@@ -50,13 +50,17 @@ pub fn rebuild<L: Learner>(
         clusters.entry(*label).or_default().insert(*id);
     }
     let mut nodes = Vec::new();
+    // A node's negatives are known once every edge is; until then all share one classifier.
+    let mut blank: Option<L::Classifier> = None;
     for segments in clusters.values() {
         let data: Vec<&Segment> = segments.iter().map(|id| &**model.segment(*id)).collect();
         let policy = learner.fit_policy(&data, &mut counters)?;
         let positives: BTreeSet<SampleId> = segments.iter().copied().map(SampleId::Start).collect();
         let samples = Samples { positives, negatives: BTreeSet::new() };
-        // Its negatives are known once every edge is.
-        let classifier = model.fit_samples(learner, &samples, &mut Counters::default())?;
+        let classifier = match &blank {
+            Some(classifier) => classifier.clone(),
+            None => blank.insert(model.fit_samples(learner, &samples, &mut counters)?).clone(),
+        };
         nodes.push(model.add_node(segments.clone(), policy, samples, classifier));
     }
     for (id, label) in ids.iter().zip(&labels) {
