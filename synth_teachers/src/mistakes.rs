@@ -94,3 +94,104 @@ pub(crate) fn half_way(from: &Isometry3<f64>, to: &Isometry3<f64>) -> Isometry3<
     let rotation: UnitQuaternion<f64> = pose::exp(from, &(pose::log(from, to) * 0.5)).rotation;
     Isometry3::from_parts(Translation3::from(middle), rotation)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Keyframes drawn. Each is free with a command, free without one, or a contact, in turn.
+    const KEYFRAMES: u32 = 6000;
+    /// The two-sided normal quantile of 0.05 / 17: four rates and thirteen deviations, at 5 % together (Bonferroni).
+    const QUANTILE: f64 = 2.974;
+
+    fn novice() -> Profile {
+        Profile::named("novice").unwrap()
+    }
+
+    fn draws(profile: &Profile, seed: u64) -> (Vec<Mistake>, Tally) {
+        let mut mistakes = Mistakes::new(profile, seed);
+        let drawn = (0..KEYFRAMES).map(|index| mistakes.next(index % 3 == 2, index % 3 != 1)).collect();
+        (drawn, mistakes.tally)
+    }
+
+    /// Within the binomial interval about the configured rate.
+    fn assert_rate(name: &str, happened: u32, of: u32, rate: f64) {
+        let (mean, variance) = (f64::from(of) * rate, f64::from(of) * rate * (1.0 - rate));
+        assert!(variance > 9.0, "{name}: too few for the normal approximation");
+        let off = (f64::from(happened) - mean).abs();
+        assert!(off <= 0.5 + QUANTILE * variance.sqrt(), "{name}: {happened} of {of}, configured {rate}");
+    }
+
+    /// Within the χ² interval about the configured deviation (quantiles by Wilson and Hilferty 1931), about a mean of 0.
+    fn assert_deviation(name: &str, values: &[f64], deviation: f64) {
+        let count = values.len() as f64;
+        let sum: f64 = values.iter().map(|value| (value / deviation) * (value / deviation)).sum();
+        let bound = |quantile: f64| {
+            let spread = 2.0 / (9.0 * count);
+            count * (1.0 - spread + quantile * spread.sqrt()).powi(3)
+        };
+        assert!((bound(-QUANTILE)..=bound(QUANTILE)).contains(&sum), "{name}: {sum} of {count}");
+    }
+
+    #[test]
+    fn a_novice_errs_as_often_and_as_far_as_configured() {
+        let profile = novice();
+        let (drawn, tally) = draws(&profile, 1);
+        assert_eq!((tally.keyframes, tally.free), (KEYFRAMES, KEYFRAMES / 3));
+        let count = |has: &dyn Fn(&Mistake) -> bool| drawn.iter().filter(|mistake| has(mistake)).count() as u32;
+        assert_eq!(tally.spurious, count(&|mistake| mistake.spurious.is_some()));
+        assert_eq!(tally.missing, count(&|mistake| mistake.missing));
+        assert_eq!(tally.pauses, count(&|mistake| mistake.pause == profile.pause.seconds));
+        assert_eq!(KEYFRAMES - tally.pauses, count(&|mistake| mistake.pause == 0.0));
+        assert_rate("spurious", tally.spurious, tally.keyframes, profile.spurious);
+        assert_rate("missing", tally.missing, tally.free, profile.missing);
+        assert_rate("pause", tally.pauses, tally.keyframes, profile.pause.rate);
+        let stopped = (0..2000).filter(|seed| Mistakes::new(&profile, *seed).stops_early()).count() as u32;
+        assert_rate("stop_early", stopped, 2000, profile.stop_early);
+        // Neither a contact nor a command is ever missed.
+        assert!(drawn.iter().enumerate().all(|(index, mistake)| index % 3 == 1 || !mistake.missing));
+
+        let tangents = |of: &dyn Fn(usize, &Mistake) -> Option<Isometry3<f64>>| -> Vec<pose::Tangent> {
+            let poses = drawn.iter().enumerate().filter_map(|(index, mistake)| of(index, mistake));
+            poses.map(|error| pose::log(&Isometry3::identity(), &error)).collect()
+        };
+        let groups = [
+            ("contact", tangents(&|index, mistake| (index % 3 == 2).then_some(mistake.offset)), profile.contact),
+            ("free", tangents(&|index, mistake| (index % 3 != 2).then_some(mistake.offset)), profile.free),
+        ];
+        for (name, errors, noise) in groups {
+            for axis in 0..6 {
+                let values: Vec<f64> = errors.iter().map(|error| error[axis]).collect();
+                let deviation = if axis < 3 { noise.position } else { noise.rotation.to_radians() };
+                assert_deviation(&format!("{name}, axis {axis}"), &values, deviation);
+            }
+        }
+        // Off the path by the free noise.
+        let spurious = tangents(&|_, mistake| mistake.spurious);
+        assert_eq!(spurious.len(), tally.spurious as usize);
+        let values: Vec<f64> = spurious.iter().flat_map(|error| [error[0], error[1], error[2]]).collect();
+        assert_deviation("spurious", &values, profile.free.position);
+    }
+
+    #[test]
+    fn a_seed_is_a_teacher_and_a_rate_moves_no_other_draw() {
+        let profile = novice();
+        let offsets =
+            |profile: &Profile, seed| draws(profile, seed).0.iter().map(|mistake| mistake.offset).collect::<Vec<_>>();
+        assert_eq!(offsets(&profile, 1), offsets(&profile, 1));
+        assert_ne!(offsets(&profile, 1), offsets(&profile, 2));
+        let other = Profile { spurious: 0.5, missing: 0.0, pause: Default::default(), ..profile.clone() };
+        assert_eq!(offsets(&other, 1), offsets(&profile, 1));
+        assert_eq!(draws(&other, 1).1.missing, 0);
+    }
+
+    #[test]
+    fn an_expert_errs_in_nothing() {
+        let (drawn, tally) = draws(&Profile::named("expert").unwrap(), 1);
+        assert_eq!(tally, Tally { keyframes: KEYFRAMES, free: KEYFRAMES / 3, ..Tally::default() });
+        for mistake in drawn {
+            assert!(mistake.offset == Isometry3::identity() && mistake.spurious.is_none());
+            assert!(mistake.pause == 0.0 && !mistake.missing);
+        }
+    }
+}

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use serde::Deserialize;
+use toml::Spanned;
 
 use crate::error::TeacherError;
 
@@ -57,7 +58,7 @@ pub struct Profile {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
-    profile: Vec<Profile>,
+    profile: Vec<Spanned<Profile>>,
 }
 
 /// The profiles that come with the crate.
@@ -95,8 +96,8 @@ impl Profile {
         };
         let file: File = toml::from_str(text)
             .map_err(|error| refuse(error.span().map_or(0, |span| span.start), error.message().to_owned()))?;
-        for (index, profile) in file.profile.iter().enumerate() {
-            let offset = text.match_indices("[[profile]]").nth(index).map_or(0, |(offset, _)| offset);
+        for (index, spanned) in file.profile.iter().enumerate() {
+            let (offset, profile) = (spanned.span().start, spanned.as_ref());
             let rates = [
                 ("spurious", profile.spurious),
                 ("missing", profile.missing),
@@ -118,15 +119,16 @@ impl Profile {
             ];
             for (key, size) in sizes {
                 if !(size.is_finite() && size >= 0.0) {
-                    let problem = format!("profile `{}`: `{key}` is {size}, expected a finite number, 0 or more", profile.name);
+                    let problem =
+                        format!("profile `{}`: `{key}` is {size}, expected a finite number, 0 or more", profile.name);
                     return Err(refuse(offset, problem));
                 }
             }
-            if file.profile[..index].iter().any(|other| other.name == profile.name) {
+            if file.profile[..index].iter().any(|other| other.as_ref().name == profile.name) {
                 return Err(refuse(offset, format!("profile `{}` appears twice, expected unique names", profile.name)));
             }
         }
-        Ok(file.profile)
+        Ok(file.profile.into_iter().map(Spanned::into_inner).collect())
     }
 
     /// Reads profiles from a file.
@@ -134,7 +136,8 @@ impl Profile {
     /// # Errors
     /// Where it cannot be read, or as for [`Profile::parse`].
     pub fn load(path: &Path) -> Result<Vec<Self>, TeacherError> {
-        let text = std::fs::read_to_string(path).map_err(|source| TeacherError::Read { path: path.to_owned(), source })?;
+        let text =
+            std::fs::read_to_string(path).map_err(|source| TeacherError::Read { path: path.to_owned(), source })?;
         Self::parse(&text, path)
     }
 }

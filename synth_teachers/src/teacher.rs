@@ -116,7 +116,10 @@ impl Teacher {
 
 /// Whether the original task's program has this very skill: after it, the robot's model knows how to go on.
 fn known(skill: &Skill, setting: &Setting) -> bool {
-    setting.original_skills.iter().any(|original| original.reference == skill.reference && original.keyframes == skill.keyframes)
+    setting
+        .original_skills
+        .iter()
+        .any(|original| original.reference == skill.reference && original.keyframes == skill.keyframes)
 }
 
 struct Recorder {
@@ -126,7 +129,13 @@ struct Recorder {
 }
 
 impl Recorder {
-    fn record(&mut self, episode: &Episode, reference: &Arc<str>, reference_pose: situ::demonstration::Pose, hold: f64) {
+    fn record(
+        &mut self,
+        episode: &Episode,
+        reference: &Arc<str>,
+        reference_pose: situ::demonstration::Pose,
+        hold: f64,
+    ) {
         let after = observe(episode);
         self.keyframes.push(Keyframe {
             reference: reference.clone(),
@@ -148,10 +157,9 @@ fn perform(
     observer: &mut dyn FnMut(&World),
 ) -> Result<bool, TeacherError> {
     let reference: Arc<str> = skill.reference.as_str().into();
-    let frame = episode.reference_pose(&skill.reference).ok_or_else(|| TeacherError::NoReference {
-        skill: skill.name.clone(),
-        reference: skill.reference.clone(),
-    })?;
+    let frame = episode
+        .reference_pose(&skill.reference)
+        .ok_or_else(|| TeacherError::NoReference { skill: skill.name.clone(), reference: skill.reference.clone() })?;
     for (index, keyframe) in skill.keyframes.iter().enumerate() {
         let mistake = mistakes.next(keyframe.contact, keyframe.gripper.is_some());
         let target = displaced(&(frame * keyframe.pose), &mistake.offset);
@@ -164,11 +172,14 @@ fn perform(
         }
         let hold = keyframe.hold + mistake.pause;
         let end = episode.perform(&target, keyframe.gripper, hold, observer);
-        episode.reached_keyframe(&skill.reference, index);
+        let aborted = matches!(end, MotionEnd::Aborted { .. });
+        if !aborted {
+            episode.reached_keyframe(&skill.reference, index);
+        }
         if !mistake.missing {
             recorder.record(episode, &reference, frame, hold);
         }
-        if matches!(end, MotionEnd::Aborted { .. }) || !episode.is_sound() {
+        if aborted || !episode.is_sound() {
             return Ok(false);
         }
     }
