@@ -29,8 +29,7 @@ pub(crate) fn edges_of_histories<L: Learner>(model: &TaskModel<L>) -> BTreeSet<(
 /// Where the model breaks a rule; `subtract` is decision D1.
 pub(crate) fn check<L: Learner>(model: &TaskModel<L>, subtract: bool) {
     let ids: BTreeSet<NodeId> = model.nodes().map(|(id, _)| id).collect();
-    let places: Vec<Place> =
-        ids.iter().map(|id| Place::Node(*id)).chain([Place::Start, Place::End]).collect();
+    let places: Vec<Place> = ids.iter().map(|id| Place::Node(*id)).chain([Place::Start, Place::End]).collect();
 
     // Edges: between places of the model, the same from both ends, and exactly those of the histories.
     let edges: BTreeSet<(Place, Place)> = model.edges().collect();

@@ -96,15 +96,8 @@ impl Learner for Toy {
         Ok(Nearest { positives: values(positives), negatives: values(negatives) })
     }
 
-    fn cluster_and_find(
-        &self,
-        segment: &Segment,
-        candidates: &[&Line],
-        (): &(),
-        _: &mut Counters,
-    ) -> Result<Clustering, SituError> {
-        let mut points: Vec<_> = candidates.iter().map(|line| (line.reference.clone(), line.x)).collect();
-        points.push((segment.reference.clone(), x(segment)));
+    fn cluster_and_find(&self, own: &Line, candidates: &[&Line], (): &(), _: &mut Counters) -> Clustering {
+        let points: Vec<_> = candidates.iter().chain([&own]).map(|line| (line.reference.clone(), line.x)).collect();
         let labels = chains(&points, self.found);
         let (own, others) = labels.split_last().expect("the segment's own");
         let mut clusters: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
@@ -112,12 +105,11 @@ impl Learner for Toy {
             clusters.entry(*label).or_default().push(index);
         }
         let matched = clusters.remove(own).unwrap_or_default();
-        Ok(Clustering { matched, redundant: clusters.into_values().filter(|group| group.len() > 1).collect() })
+        Clustering { matched, redundant: clusters.into_values().filter(|group| group.len() > 1).collect() }
     }
 
-    fn distance(&self, segment: &Segment, policy: &Line, _: &mut Counters) -> Result<f64, SituError> {
-        let same = segment.reference == policy.reference;
-        Ok(if same { (x(segment) - policy.x).abs() } else { f64::INFINITY })
+    fn distance(&self, left: &Line, right: &Line, _: &mut Counters) -> f64 {
+        if left.reference == right.reference { (left.x - right.x).abs() } else { f64::INFINITY }
     }
 
     fn calibrate(&self, _: &[&[Arc<Segment>]], _: &mut Counters) -> Result<(), SituError> {

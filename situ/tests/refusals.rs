@@ -1,0 +1,96 @@
+//! What is refused, and that the message says where.
+
+mod common;
+
+use common::toy::Toy;
+use common::{histories, spelt};
+use situ::decisions::Decisions;
+use situ::demonstration::{Demonstration, Feature, Gripper, Keyframe, Kind, Pose, Schema, State};
+use situ::error::SituError;
+use situ::method::rebuild::rebuild;
+use situ::place::{NodeId, Place};
+
+fn feature(name: &str, scale: f64) -> Feature {
+    Feature { name: name.to_owned(), scale }
+}
+
+#[test]
+fn schemas() {
+    let refused = |features: Vec<Feature>| match Schema::new(features) {
+        Err(SituError::Schema { feature, .. }) => feature,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(refused(Vec::new()), "");
+    assert_eq!(refused(vec![feature("x", 0.2), feature("y", 0.2), feature("x", 0.3)]), "x");
+    for scale in [0.0, -0.2, f64::NAN, f64::INFINITY] {
+        assert_eq!(refused(vec![feature("x", 0.2), feature("y", scale)]), "y", "{scale}");
+    }
+    assert_eq!(Schema::new(vec![feature("x", 0.2), feature("y", 0.1)]).unwrap().len(), 2);
+}
+
+/// Spoils a keyframe.
+type Change<'a> = &'a dyn Fn(&mut Keyframe);
+
+#[test]
+fn demonstrations() {
+    let schema = Schema::new(vec![feature("x", 0.2), feature("y", 0.2)]).unwrap();
+    let sound = Keyframe {
+        reference: "cup".into(),
+        reference_pose: Pose::identity(),
+        gripper_pose: Pose::translation(0.1, 0.2, 0.3),
+        gripper: Gripper::Close(20.0),
+        hold: 0.5,
+        state: State::new([0.1, 0.2]),
+    };
+    let last = State::new([0.0, 0.0]);
+    let make =
+        |keyframes: Vec<Keyframe>, last: State| Demonstration::new("d", Kind::Original, &schema, keyframes, last, true);
+    assert!(make(vec![sound.clone()], last.clone()).is_ok());
+    assert!(matches!(
+        make(Vec::new(), last.clone()),
+        Err(SituError::EmptyDemonstration { demonstration }) if demonstration == "d"
+    ));
+    // The second of two keyframes is wrong: the message names it, and the field.
+    let refused = |change: Change<'_>| {
+        let mut wrong = sound.clone();
+        change(&mut wrong);
+        make(vec![sound.clone(), wrong], last.clone()).unwrap_err().to_string()
+    };
+    for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let named: [(Change<'_>, &str); 6] = [
+            (&|keyframe| keyframe.gripper_pose.translation.y = value, "gripper_pose"),
+            (&|keyframe| keyframe.reference_pose.translation.z = value, "reference_pose"),
+            (&|keyframe| keyframe.reference_pose.rotation.as_mut_unchecked().coords.x = value, "reference_pose"),
+            (&|keyframe| keyframe.gripper = Gripper::Open(value), "gripper"),
+            (&|keyframe| keyframe.hold = value, "hold"),
+            (&|keyframe| keyframe.state = State::new([0.0, value]), "feature `y`"),
+        ];
+        for (change, name) in named {
+            let message = refused(change);
+            assert!(message.starts_with("demonstration `d`, keyframe 1: ") && message.contains(name), "{message}");
+        }
+    }
+    assert!(refused(&|keyframe| keyframe.hold = -0.1).contains("hold"));
+    let message = refused(&|keyframe| keyframe.state = State::new([0.0]));
+    assert_eq!(
+        message,
+        "demonstration `d`, keyframe 1: a state of 1 numbers, expected 2 (one a feature of the schema)"
+    );
+    let message = make(vec![sound.clone()], State::new([0.0; 3])).unwrap_err().to_string();
+    assert!(message.starts_with("demonstration `d`, final state: a state of 3 numbers"), "{message}");
+    let message = make(vec![sound.clone()], State::new([f64::NAN, 0.0])).unwrap_err().to_string();
+    assert!(message.starts_with("demonstration `d`, final state: ") && message.contains("`x`"), "{message}");
+}
+
+#[test]
+fn places_that_cannot_have_run() {
+    let learner = Toy { taught: 2.0, found: 2.0 };
+    let decisions = Decisions::mended();
+    let shown = spelt(&[(0, 0.0, 0.0)], 1.0, true);
+    let (model, _) = rebuild(histories(std::slice::from_ref(&shown)), None, &learner, &decisions).unwrap();
+    let update = |last| situ::situ::situ(last, &shown, model.clone(), &learner, &decisions).map(|_| ());
+    assert_eq!(update(Place::Start), Ok(()));
+    assert_eq!(update(Place::End), Err(SituError::NotExecutable(Place::End)));
+    assert_eq!(update(Place::Node(NodeId(7))), Err(SituError::UnknownNode(NodeId(7))));
+    assert_eq!(rebuild(Vec::new(), None, &learner, &decisions).map(|_| ()), Err(SituError::NoDemonstration));
+}
