@@ -15,6 +15,9 @@ const FILM_RATE: u16 = 8;
 /// How much faster than the simulated world a film runs.
 pub const FILM_SPEED: u16 = 3;
 
+/// How long the last picture of a film stays, seconds of the viewer's time.
+const REST: u16 = 1;
+
 /// A film gets no more pictures than this: a longer performance is filmed at a lower rate, so that its file stays small.
 const MOST_FRAMES: usize = 400;
 
@@ -174,6 +177,7 @@ impl Shooting {
     /// The film could not be made.
     pub fn finish(mut self) -> Result<(Film, Image), SimError> {
         self.develop();
+        self.film.rest(REST * FILM_RATE * FILM_SPEED);
         match self.refused {
             Some(error) => Err(error),
             None => Ok((self.film, strip(&self.stills))),

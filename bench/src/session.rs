@@ -25,10 +25,22 @@ use crate::demonstration_file::After;
 use crate::error::BenchError;
 use crate::protocol::Protocol;
 use crate::record::{Correction, Effort, Key, Outcome, Rate, Run};
-use crate::rollout::{Ended, Execute, rollout};
+use crate::rollout::{Ended, Execute, Rollout, rollout};
 
 /// Attempts at a demonstration before the teacher gives up: a novice fails about one in five, so this is one in hundreds.
 const ATTEMPTS: u32 = 4;
+
+/// Rollouts between two looks at whether the target is out of reach. Fixed, so that no number of threads changes what is rolled out.
+const BATCH: usize = 4;
+
+/// How long an evaluation goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Until {
+    /// All rollouts of the protocol: what is published.
+    Done,
+    /// Until the target is out of reach: between corrections.
+    OutOfReach,
+}
 
 /// What a run needs to know of its surroundings.
 #[derive(Clone, Copy)]
@@ -67,6 +79,22 @@ impl Evaluation {
     /// No success in so many rollouts.
     fn none(rollouts: u32) -> Self {
         Self { rate: Rate { successes: 0, rollouts }, ended: BTreeMap::new(), failures: Vec::new(), spoilt: false }
+    }
+
+    /// Counts a rollout; `None` is one whose start the physics refused.
+    fn count(&mut self, index: u32, rollout: Option<Rollout>) {
+        self.rate.rollouts += 1;
+        let Some(rollout) = rollout.filter(|rollout| rollout.ended != Ended::Spoilt) else {
+            self.spoilt = true;
+            return;
+        };
+        let how = if rollout.success { "success".to_owned() } else { format!("failure: {}", rollout.ended) };
+        *self.ended.entry(how).or_default() += 1;
+        if rollout.success {
+            self.rate.successes += 1;
+        } else {
+            self.failures.push(index);
+        }
     }
 }
 
@@ -120,30 +148,39 @@ impl Surroundings<'_> {
         format!("{}/{}-seed-{}", setting.label(), self.teacher.profile().name, self.seed)
     }
 
-    /// Rolls the model out from fresh starts; `round` names them.
-    pub fn evaluate(&self, model: &dyn Learned, setting: &Arc<Setting>, round: u32) -> Result<Evaluation, BenchError> {
-        let rollouts = (0..self.protocol.rollouts).into_par_iter().map(|index| {
-            self.check_interrupt()?;
-            let Some(mut episode) = self.start(setting, round, index)? else { return Ok(None) };
-            let (execute, mut rng) = self.execution(setting, round, index, false);
-            rollout(model, &mut episode, execute, &mut rng, &mut |_| {}).map(Some)
-        });
-        let rollouts: Vec<Option<_>> = rollouts.collect::<Result<_, BenchError>>()?;
-        let mut evaluation = Evaluation::none(self.protocol.rollouts);
-        for (index, rollout) in (0..).zip(rollouts) {
-            let Some(rollout) = rollout.filter(|rollout| rollout.ended != Ended::Spoilt) else {
-                evaluation.spoilt = true;
-                continue;
-            };
-            let how = if rollout.success { "success".to_owned() } else { format!("failure: {}", rollout.ended) };
-            *evaluation.ended.entry(how).or_default() += 1;
-            if rollout.success {
-                evaluation.rate.successes += 1;
-            } else {
-                evaluation.failures.push(index);
+    /// Rolls the model out from fresh starts; `round` names them. An evaluation `until` the target is out of reach stops after the
+    /// batch in which that became certain: enough to know that the model must be corrected further, not to say how well it does.
+    pub fn evaluate(
+        &self,
+        model: &dyn Learned,
+        setting: &Arc<Setting>,
+        round: u32,
+        until: Until,
+    ) -> Result<Evaluation, BenchError> {
+        let mut evaluation = Evaluation::none(0);
+        let indices: Vec<u32> = (0..self.protocol.rollouts).collect();
+        for batch in indices.chunks(BATCH) {
+            let rollouts = batch.par_iter().map(|index| {
+                self.check_interrupt()?;
+                let Some(mut episode) = self.start(setting, round, *index)? else { return Ok(None) };
+                let (execute, mut rng) = self.execution(setting, round, *index, false);
+                rollout(model, &mut episode, execute, &mut rng, &mut |_| {}).map(Some)
+            });
+            let rollouts: Vec<Option<_>> = rollouts.collect::<Result<_, BenchError>>()?;
+            for (index, rollout) in batch.iter().zip(rollouts) {
+                evaluation.count(*index, rollout);
+            }
+            if until == Until::OutOfReach && !self.is_within_reach(&evaluation) {
+                break;
             }
         }
         Ok(evaluation)
+    }
+
+    /// Whether the target is still met if every rollout that is left succeeds.
+    fn is_within_reach(&self, evaluation: &Evaluation) -> bool {
+        let failures = evaluation.rate.rollouts - evaluation.rate.successes;
+        f64::from(self.protocol.rollouts - failures) >= self.protocol.target * f64::from(self.protocol.rollouts)
     }
 
     /// The start of a rollout; `None` where the physics refuses it: spoilt, nobody's failure.
@@ -183,6 +220,11 @@ impl Surroundings<'_> {
         f64::from(evaluation.rate.successes) >= self.protocol.target * f64::from(evaluation.rate.rollouts)
     }
 
+    /// The evaluation after the last demonstration of a budget is whole.
+    fn until(&self, index: u32, budget: u32) -> Until {
+        if index + 1 == budget { Until::Done } else { Until::OutOfReach }
+    }
+
     /// Teaches the original task: demonstrations until the success rate reaches the target, or the budget is used up.
     pub fn teach(&self, original: &Arc<Setting>, method: &dyn Method) -> Result<Taught, BenchError> {
         let schema = convert::schema(original)?;
@@ -201,7 +243,7 @@ impl Surroundings<'_> {
                 continue;
             }
             let model = method.teach(&schema, &taught.demonstrations, self.learner_seed())?;
-            let evaluation = self.evaluate(&*model, original, index)?;
+            let evaluation = self.evaluate(&*model, original, index, Until::OutOfReach)?;
             taught.rate = evaluation.rate;
             if self.is_reached(&evaluation) {
                 taught.reached = true;
@@ -222,7 +264,7 @@ impl Surroundings<'_> {
             return Ok(Evaluation::none(0));
         }
         let model = method.teach(&convert::schema(setting)?, &taught.demonstrations, self.learner_seed())?;
-        self.evaluate(&*model, setting, 0)
+        self.evaluate(&*model, setting, 0, Until::Done)
     }
 
     /// A run of one method on one setting.
@@ -251,7 +293,7 @@ impl Surroundings<'_> {
         let last = match method.role() {
             Role::Control => before.clone(),
             Role::Correct => self.correct(setting, method, taught, before, &mut run)?,
-            Role::FromScratch => self.from_scratch(setting, method, &mut run)?,
+            Role::FromScratch => self.taught_anew(setting, method, &mut run)?,
         };
         run.outcome = match () {
             () if last.spoilt => Outcome::Spoilt { why: "a rollout's physics was no longer sound".to_owned() },
@@ -295,6 +337,7 @@ impl Surroundings<'_> {
             let Some((failure, demonstration, effort)) = self.correction(&*model, setting, &schema, &last, round)?
             else {
                 // No failure from which this teacher can still show the way: more corrections will not come.
+                last = self.evaluate(&*model, setting, round, Until::Done)?;
                 break;
             };
             let graph = model.graph();
@@ -306,7 +349,7 @@ impl Surroundings<'_> {
             let (trace, update_seconds) = cost::timed(|| model.correct(failure.last, &demonstration));
             let trace = trace?;
             let made = difference(&graph, &model.graph());
-            last = self.evaluate(&*model, setting, round + 1)?;
+            last = self.evaluate(&*model, setting, round + 1, self.until(round, self.protocol.budget.corrections))?;
             run.effort += effort;
             let last_reference = failure.last_reference.unwrap_or_else(|| "START".to_owned());
             let correction = Correction::new(failure.trigger, last_reference, effort, &made, &trace, update_seconds);
@@ -341,7 +384,7 @@ impl Surroundings<'_> {
         Ok(None)
     }
 
-    fn from_scratch(
+    fn taught_anew(
         &self,
         setting: &Arc<Setting>,
         method: &dyn Method,
@@ -351,11 +394,17 @@ impl Surroundings<'_> {
         let mut demonstrations = Vec::new();
         let mut last = Evaluation::none(self.protocol.rollouts);
         for index in 0..self.protocol.budget.from_scratch {
-            let Some((demonstration, effort)) = self.demonstrate(setting, &schema, index)? else { break };
+            let Some((demonstration, effort)) = self.demonstrate(setting, &schema, index)? else {
+                if !demonstrations.is_empty() {
+                    let model = method.teach(&schema, &demonstrations, self.learner_seed())?;
+                    last = self.evaluate(&*model, setting, index, Until::Done)?;
+                }
+                break;
+            };
             demonstrations.push(demonstration);
             run.effort += effort;
             let model = method.teach(&schema, &demonstrations, self.learner_seed())?;
-            last = self.evaluate(&*model, setting, index + 1)?;
+            last = self.evaluate(&*model, setting, index + 1, self.until(index, self.protocol.budget.from_scratch))?;
             if self.is_reached(&last) {
                 break;
             }
