@@ -48,15 +48,17 @@ const BEAD_COLOR: [u8; 3] = [236, 146, 38];
 /// Colour of what lies beyond the table.
 const SKY: [u8; 3] = [238, 241, 245];
 
+/// From where, seen from the table, a camera that is set up by [`Camera::around`] looks: high enough to see into a bin.
+const VIEW: [f64; 3] = [0.16, -0.7, 0.46];
 /// How much of the picture, from its middle to its edge, a camera that is set up by [`Camera::around`] fills.
 const FILLED: f64 = 0.94;
 
 impl Camera {
-    /// The camera that looks the way the default one does, from as near as it can with all these boxes in the picture; `aspect` is the picture's
+    /// The camera that looks from the front and above, from as near as it can with all these boxes in the picture; `aspect` is the picture's
     /// width over its height. A box is given by its least and largest corner, metres, world frame. No boxes give the default camera.
     pub fn around(boxes: &[[[f64; 3]; 2]], aspect: f64) -> Camera {
         let default = Camera::default();
-        let [right, up, ahead] = default.axes();
+        let [right, up, ahead] = Camera { eye: VIEW, target: [0.0; 3], fov: default.fov }.axes();
         let corner = |bounds: &[[f64; 3]; 2], index: usize| {
             let pick = |axis: usize| bounds[(index >> axis) & 1][axis];
             Vector3::new(pick(0), pick(1), pick(2))

@@ -52,6 +52,13 @@ impl Film {
         Ok(())
     }
 
+    /// Shows the last picture for as long as so many more would take.
+    pub fn rest(&mut self, times: u16) {
+        if let Some(shot) = self.shots.last_mut() {
+            shot.times = shot.times.saturating_add(times);
+        }
+    }
+
     /// Frames of the animation: successive pictures that are alike are one.
     pub fn frames(&self) -> usize {
         self.shots.len()

@@ -115,8 +115,10 @@ fn a_film_shows_its_pictures() {
     order.iter().for_each(|&index| film.push(pictures[index].clone()).unwrap());
     let refused = film.push(Image::plain(64, 41, [0; 3]));
     assert!(matches!(refused, Err(SimError::Picture { reason }) if reason.contains("size")));
+    film.rest(48);
     // Pictures that stand still are one frame, shown for longer.
-    let expected = [(0, 1), (1, 3), (2, 1), (0, 1)].map(|(index, times): (usize, u16)| (pictures[index].clone(), times));
+    let expected =
+        [(0, 1), (1, 3), (2, 1), (0, 49)].map(|(index, times): (usize, u16)| (pictures[index].clone(), times));
     assert_eq!(film.frames(), expected.len());
     assert_eq!(shown(&film.png().unwrap()), expected);
 }
