@@ -1,9 +1,20 @@
-//! The harness.
+//! The harness of the benchmark of learning from corrective demonstrations, and its program `situ-bench`.
+//!
+//! The way of the data, once round: a task file becomes a world ([`situ_tasks::Episode`]); a teacher shows the task in it
+//! ([`situ_teachers::Teacher`]); a method makes a task model of what was shown ([`situ::method::Method`]); [`mod@rollout`] executes
+//! the model in a changed world; from the snapshot of a failure the teacher gives a correction; [`session`] does that until the
+//! model succeeds or the budget is used up; [`runner`] does all runs of a [`protocol`]; each is a [`record`] of the [`ledger`], and
+//! the [`tables`] are projections of those.
+//!
+//! How to add a method, a task, a teacher or a table: [`extending`].
+
 pub mod archive;
 pub mod cmd;
 pub mod cost;
 pub mod demonstration_file;
 pub mod error;
+#[doc = include_str!("../docs/extending.md")]
+pub mod extending {}
 pub mod files;
 mod json_lines;
 pub mod ledger;

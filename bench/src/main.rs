@@ -37,7 +37,7 @@ fn main() -> ExitCode {
     let verb = Arguments::parse().verb.or_else(|| Arguments::parse_from(["situ-bench", "run"]).verb);
     let result = match verb.expect("`run` is a verb") {
         Verb::Run(run) => run.run().and_then(|text| print(&text)),
-        Verb::List(list) => print(&list.run()),
+        Verb::List(list) => list.run().and_then(|text| print(&text)),
         Verb::Tables(tables) => tables.run().and_then(|printed| {
             printed.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
             print(&printed.text)

@@ -4,7 +4,11 @@ use std::fmt::Write;
 
 use clap::{Args, ValueEnum};
 use situ::method::{self, Role};
+use situ_tasks::{Registry, Task};
+use situ_teachers::Profile;
 
+use crate::error::BenchError;
+use crate::protocol::Protocol;
 use crate::tables::Kind;
 
 /// Lists what there is to choose from.
@@ -21,27 +25,39 @@ pub struct List {
 pub enum What {
     /// Ways to keep a task model up to date.
     Methods,
+    /// Task families, their variations, and the edits these need.
+    Tasks,
+    /// Teacher profiles.
+    Teachers,
+    /// Protocols that come with the program.
+    Protocols,
     /// Tables that can be made from a ledger.
     Tables,
 }
 
 impl What {
-    fn section(self) -> String {
-        match self {
+    fn section(self) -> Result<String, BenchError> {
+        Ok(match self {
             Self::Methods => methods(),
+            Self::Tasks => tasks(&Registry::builtin()?),
+            Self::Teachers => teachers(&Profile::builtin()?),
+            Self::Protocols => protocols()?,
             Self::Tables => tables(),
-        }
+        })
     }
 }
 
 impl List {
     /// What is to be printed.
-    pub fn run(&self) -> String {
+    ///
+    /// # Errors
+    /// Where a file that comes with the program is wrong: the tests read them all.
+    pub fn run(&self) -> Result<String, BenchError> {
         let sections = match self.what {
             Some(what) => vec![what],
             None => What::value_variants().to_vec(),
         };
-        sections.into_iter().map(What::section).collect::<Vec<_>>().join("\n")
+        Ok(sections.into_iter().map(What::section).collect::<Result<Vec<_>, _>>()?.join("\n"))
     }
 }
 
@@ -78,6 +94,30 @@ fn methods() -> String {
         [method.name(), role(method.role()), method.summary(), method.source()].map(str::to_owned).to_vec()
     };
     aligned("methods", &method::all().into_iter().map(words).collect::<Vec<_>>())
+}
+
+/// The first sentence of a text, on one line.
+fn sentence(text: &str) -> String {
+    let line = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    line.split_inclusive(". ").next().unwrap_or_default().trim_end().to_owned()
+}
+
+fn tasks(registry: &Registry) -> String {
+    let rows = registry.tasks().flat_map(Task::settings).map(|setting| {
+        let edit = if setting.variation.is_some() { setting.edit.word() } else { "original" };
+        [setting.label(), edit.to_owned(), sentence(&setting.analysis)].to_vec()
+    });
+    aligned("tasks", &rows.collect::<Vec<_>>())
+}
+
+fn teachers(profiles: &[Profile]) -> String {
+    let row = |profile: &Profile| [profile.name.clone(), sentence(&profile.analysis)].to_vec();
+    aligned("teachers", &profiles.iter().map(row).collect::<Vec<_>>())
+}
+
+fn protocols() -> Result<String, BenchError> {
+    let row = |name| Protocol::find(name).map(|protocol| [name.to_owned(), sentence(&protocol.analysis)].to_vec());
+    Ok(aligned("protocols", &Protocol::names().map(row).collect::<Result<Vec<_>, _>>()?))
 }
 
 fn tables() -> String {
