@@ -17,7 +17,7 @@ use situ_bench::error::BenchError;
 #[command(
     name = "situ-bench",
     version,
-    after_help = "Without a verb: run.\n\nExamples:\n  situ-bench run --task pour\n  situ-bench list methods\n  situ-bench tables quick.jsonl --out tables\n  situ-bench learn original.json --correct correction.json --dot model.dot\n\nExit status: 0; 1 where the machine failed; 2 where the input was bad."
+    after_help = "Without a verb: run.\n\nExamples:\n  situ-bench run --task pour\n  situ-bench show pour/lid --failure\n  situ-bench list methods\n  situ-bench tables quick.jsonl --out tables\n  situ-bench learn original.json --correct correction.json --dot model.dot\n\nExit status: 0; 1 where the machine failed; 2 where the input was bad."
 )]
 struct Arguments {
     #[command(subcommand)]

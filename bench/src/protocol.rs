@@ -41,7 +41,7 @@ pub struct Protocol {
     pub name: String,
     /// Why it is as it is, in prose.
     pub analysis: String,
-    /// Task families.
+    /// Task families; none where update cost alone is measured.
     pub tasks: Vec<String>,
     /// Teacher profiles.
     pub teachers: Vec<String>,
@@ -68,8 +68,11 @@ pub struct Protocol {
 }
 
 /// The protocols that come with the program.
-const BUILTIN: [(&str, &str); 2] =
-    [("quick", include_str!("../protocols/quick.toml")), ("paper", include_str!("../protocols/paper.toml"))];
+const BUILTIN: [(&str, &str); 3] = [
+    ("quick", include_str!("../protocols/quick.toml")),
+    ("cost", include_str!("../protocols/cost.toml")),
+    ("paper", include_str!("../protocols/paper.toml")),
+];
 
 impl Protocol {
     /// The names of the protocols that come with the program.
@@ -134,7 +137,8 @@ impl Protocol {
         for (key, list) in
             [("tasks", &protocol.tasks), ("teachers", &protocol.teachers), ("methods", &protocol.methods)]
         {
-            if list.is_empty() {
+            // A protocol of update cost alone has no task.
+            if list.is_empty() && !(key == "tasks" && protocol.cost.is_some()) {
                 return refuse(key, "at least one name");
             }
         }

@@ -168,7 +168,7 @@ impl KeyframeParameters {
             compared: Compared::PolicyAgainstSignature,
             across_references: true,
             // The paper names no number. With 1000, updates of the literal reading took up to 23 s on ten primitives.
-            divergence: Divergence::MonteCarlo(100),
+            divergence: Divergence::MonteCarlo(30),
             lift: Lift::Linear,
             standardisation: Standardisation::Fixed,
             activation: Activation::Probability,
