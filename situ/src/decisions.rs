@@ -25,13 +25,17 @@ pub enum Candidates {
     All,
 }
 
-/// Decision D18: when a segment replaces a primitive's policy instead of adding a primitive beside it.
+/// Decision D18: when a segment replaces a primitive's policy instead of adding a primitive beside it, or being averaged into it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Modify {
-    /// The primitive's classifier must give the segment's start state at least this probability.
+    /// The primitive's classifier must give the segment's start state at least this probability. The primitive that ran last is
+    /// asked for none: it has just been seen to run, and the teacher to step in.
     pub min_probability: f64,
     /// The segment must be no further from the primitive's policy than this, in the unit of the cut.
     pub max_distance: f64,
+    /// A segment that matches a primitive, but whose path is at least this far from the primitive's, replaces its policy, too: within
+    /// the cut, an average would do neither the old thing nor the new. Metres; infinite is never.
+    pub min_displacement: f64,
 }
 
 /// The decisions; [`Decisions::mended`] is `situ`, [`Decisions::literal`] the listing as printed.
@@ -62,7 +66,7 @@ impl Decisions {
             candidates: Candidates::ReferenceFallback(8),
             // The robot would have executed the child it modifies (0.3 is the quick protocol's confidence), and a shape that changes by
             // 12 cm is further away than the 8 cm of a near-variant: distances of 17 to 34 in sort_blocks/high_bins.
-            modify: Some(Modify { min_probability: 0.3, max_distance: 40.0 }),
+            modify: Some(Modify { min_probability: 0.3, max_distance: 40.0, min_displacement: 0.06 }),
         }
     }
 

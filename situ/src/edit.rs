@@ -5,9 +5,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::demonstration::Pose;
 use crate::graph::{Graph, Node};
-use crate::keyframe::pose;
+use crate::keyframe::frechet::frechet;
 use crate::place::{NodeId, Place};
 
 /// An edit of the automaton.
@@ -48,9 +47,6 @@ impl fmt::Display for Edit {
 /// A primitive counts as modified where its execution moved by more than this somewhere, metres: more than what one
 /// spurious keyframe among four demonstrations moves a mean, less than the 8 cm of a near-variant.
 pub const MODIFIED_METRES: f64 = 0.06;
-
-/// Length that a radian counts in a displacement, metres: about the reach of a held object from the gripper.
-const METRES_PER_RADIAN: f64 = 0.1;
 
 /// What one model has that the other had not.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -112,7 +108,7 @@ pub fn difference(before: &Graph, after: &Graph) -> Difference {
             continue;
         };
         difference.nodes_merged += ancestors.len() - 1;
-        if displacement(&first.path, &node.path) > MODIFIED_METRES {
+        if frechet(&first.path, &node.path) > MODIFIED_METRES {
             difference.nodes_modified.push(node.id);
         }
     }
@@ -120,16 +116,4 @@ pub fn difference(before: &Graph, after: &Graph) -> Difference {
     let is_added = |edge: &&(Place, Place)| !known_edges.contains(*edge) && is_known(&edge.0) && is_known(&edge.1);
     difference.edges_added = after.edges.iter().filter(is_added).copied().collect();
     difference
-}
-
-/// The greatest distance between the poses of two paths, metres; infinite where they have different numbers of poses.
-fn displacement(left: &[Pose], right: &[Pose]) -> f64 {
-    if left.len() != right.len() {
-        return f64::INFINITY;
-    }
-    let apart = |(left, right): (&Pose, &Pose)| {
-        let step = pose::log(left, right);
-        step.fixed_rows::<3>(0).norm() + METRES_PER_RADIAN * step.fixed_rows::<3>(3).norm()
-    };
-    left.iter().zip(right).map(apart).fold(0.0, f64::max)
 }

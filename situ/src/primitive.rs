@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::demonstration::{Pose, Segment, State};
 use crate::error::SituError;
+use crate::keyframe::frechet::frechet;
 use crate::trace::Counters;
 
 /// An initiation classifier `c`, with the confidence that the paper asks of it.
@@ -86,4 +87,9 @@ pub trait Learner {
 
     /// The path of the policy's mean execution, relative to its reference object: always the same number of poses.
     fn path(&self, policy: &Self::Policy) -> Vec<Pose>;
+
+    /// How far the mean execution of one policy is from another's: metres, whatever the noise of either (decision D18).
+    fn displacement(&self, left: &Self::Policy, right: &Self::Policy) -> f64 {
+        frechet(&self.path(left), &self.path(right))
+    }
 }

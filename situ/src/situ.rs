@@ -4,14 +4,14 @@
 use std::collections::BTreeSet;
 
 use crate::candidates;
-use crate::decisions::Decisions;
-use crate::demonstration::Demonstration;
+use crate::decisions::{Decisions, Modify};
+use crate::demonstration::{Demonstration, Segment};
 use crate::error::SituError;
 use crate::place::{NodeId, Place, SampleId, Samples, SegmentId};
 use crate::primitive::Learner;
 use crate::segmentation::by_reference_object;
 use crate::task_model::{History, TaskModel};
-use crate::trace::{Branch, Step, Trace};
+use crate::trace::{Branch, Counters, Step, Trace};
 
 /// A1.1: folds a corrective demonstration into the task model, `last` being the primitive that ran last.
 ///
@@ -62,6 +62,40 @@ pub fn situ<L: Learner>(
     Ok((model, trace))
 }
 
+/// D18: the primitive that the segment shows another way of doing, if any. Of a match `i`, the match itself, where their paths are
+/// far apart. Of an unmatched segment, the child of `a` that would have run, and then `a` itself, where it is on the same object
+/// and not too far from the segment.
+#[expect(clippy::too_many_arguments, reason = "what a line of the listing knows")]
+fn modified<L: Learner>(
+    model: &TaskModel<L>,
+    a: Place,
+    i: Option<NodeId>,
+    segment: &Segment,
+    own: &L::Policy,
+    learner: &L,
+    rule: &Modify,
+    counters: &mut Counters,
+) -> Result<Option<NodeId>, SituError> {
+    if let Some(y) = i {
+        let displacement = learner.displacement(&model.node(y)?.policy, own);
+        return Ok((displacement >= rule.min_displacement).then_some(y));
+    }
+    let nodes = model.children(a).filter(|child| matches!(child, Place::Node(_)));
+    let likely = nodes
+        .map(|child| (model.probability(child, &segment.start), child))
+        .reduce(|best, other| if other.0 > best.0 { other } else { best });
+    let likely = likely.filter(|(probability, _)| *probability >= rule.min_probability).map(|(_, child)| child);
+    for place in likely.into_iter().chain([a]) {
+        if let Place::Node(y) = place
+            && model.node(y)?.reference == segment.reference
+            && learner.distance(&model.node(y)?.policy, own, counters) <= rule.max_distance
+        {
+            return Ok(Some(y));
+        }
+    }
+    Ok(None)
+}
+
 /// A2.1: one segment `d`, whose start state is `s`, folded in after `a`, the applicable primitives being `z_set`.
 fn local_update<L: Learner>(
     a: Place,
@@ -88,18 +122,10 @@ fn local_update<L: Learner>(
     let mut i = found.node.map(now);
     let mut branch = if i.is_some() { Branch::Existing } else { Branch::New };
 
-    // D18: an unmatched segment that starts where a child of `a` would begin, on the same object, modifies that child.
-    if let (None, Some(rule)) = (i, decisions.modify) {
-        let nodes = model.children(a).filter(|child| matches!(child, Place::Node(_)));
-        let likely = nodes
-            .map(|child| (model.probability(child, &segment.start), child))
-            .reduce(|best, other| if other.0 > best.0 { other } else { best });
-        if let Some((probability, Place::Node(y))) = likely
-            && probability >= rule.min_probability
-            && model.node(y)?.reference == segment.reference
-            && learner.distance(&model.node(y)?.policy, &own, &mut counters) <= rule.max_distance
-        {
-            i = Some(y);
+    if let Some(rule) = decisions.modify {
+        let modified = modified(model, a, i, &segment, &own, learner, &rule, &mut counters)?; // D18
+        if modified.is_some() {
+            i = modified;
             branch = Branch::Modify;
         }
     }

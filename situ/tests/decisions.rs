@@ -190,7 +190,7 @@ fn d11_only_what_is_carried_on_ends_the_task() {
 #[test]
 fn d18_an_unmatched_segment_replaces_the_policy_that_would_have_run() {
     let model = taught(&[(&[A, B, C], Some(3.0)), (&[A, B, C], Some(3.0))], 2.0);
-    let rule = Modify { min_probability: 0.5, max_distance: 8.0 };
+    let rule = Modify { min_probability: 0.5, max_distance: 8.0, min_displacement: f64::INFINITY };
     let modify = |rule| Decisions { modify: rule, ..MENDED };
     let moved = [(1, 6.0, 1.0)];
     let (after, steps) = corrected(&model, Some(id(0, 0)), &moved, None, modify(Some(rule)));
@@ -207,7 +207,7 @@ fn d18_an_unmatched_segment_replaces_the_policy_that_would_have_run() {
     // Each condition alone keeps the old variant: the switch, the object, the state, the distance.
     let refused: [(Option<Modify>, Word); 4] = [
         (None, moved[0]),
-        (Some(rule), (0, 6.0, 1.0)),
+        (Some(rule), (2, 6.0, 1.0)),
         (Some(Modify { min_probability: 0.9, ..rule }), (1, 6.0, 2.0)),
         (Some(Modify { max_distance: 5.0, ..rule }), moved[0]),
     ];
@@ -216,4 +216,24 @@ fn d18_an_unmatched_segment_replaces_the_policy_that_would_have_run() {
         assert_eq!((steps[0].branch, after.len()), (Branch::New, 4), "{rule:?} {word:?}");
         assert_eq!(after.node(node(&after, id(0, 1))).unwrap().policy.x, 0.0);
     }
+}
+
+#[test]
+fn d18_a_match_far_from_the_policy_replaces_it_and_so_does_another_way_of_what_ran_last() {
+    let model = taught(&[(&[A, B, C], Some(3.0)), (&[A, B, C], Some(3.0))], 2.0);
+    let rule = |min_displacement| Some(Modify { min_probability: 0.5, max_distance: 8.0, min_displacement });
+    let modify = |rule| Decisions { modify: rule, ..MENDED };
+    // Within the cut: averaged, or taken for the policy.
+    let near = [(1, 1.5, 1.0)];
+    let policy = |rule| {
+        let (after, steps) = corrected(&model, Some(id(0, 0)), &near, None, modify(rule));
+        (steps[0].branch, after.len(), after.node(node(&after, id(0, 1))).unwrap().policy.x)
+    };
+    assert_eq!(policy(rule(1.0)), (Branch::Modify, 3, 1.5));
+    assert_eq!(policy(rule(1.6)), (Branch::Existing, 3, 0.5));
+    assert_eq!(policy(None), (Branch::Existing, 3, 0.5));
+    // What ran last, shown in another way from a state in which it would not begin.
+    let (after, steps) = corrected(&model, Some(id(0, 1)), &[(1, 6.0, 2.5)], None, modify(rule(f64::INFINITY)));
+    assert_eq!((steps[0].branch, after.len()), (Branch::Modify, 3));
+    assert_eq!(after.node(node(&after, id(0, 1))).unwrap().policy.x, 6.0);
 }

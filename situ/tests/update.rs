@@ -103,7 +103,12 @@ where
         assert_eq!(step.model_size, size);
         let merged: usize = step.merged.iter().map(|(group, _)| group.len() - 1).sum();
         size = size - merged + usize::from(matches!(step.branch, Branch::New));
-        assert_eq!(matches!(step.matched_in, MatchedIn::None), !matches!(step.branch, Branch::Existing));
+        // A match is taken for another way of doing the same, or for the same; what is unmatched is new, or another way.
+        match step.branch {
+            Branch::Existing => assert_ne!(step.matched_in, MatchedIn::None),
+            Branch::New => assert_eq!(step.matched_in, MatchedIn::None),
+            Branch::Modify => assert!(decisions.modify.is_some()),
+        }
     }
     assert_eq!(after.len(), size, "a node more for every new branch, fewer for every merge, and no other");
 

@@ -4,6 +4,7 @@
 pub mod classifier;
 pub mod cluster;
 pub mod divergence;
+pub mod frechet;
 pub mod hmm;
 pub mod interpolate;
 pub mod learner;
