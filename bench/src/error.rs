@@ -109,6 +109,9 @@ pub enum BenchError {
     /// The user stopped the program.
     #[error("interrupted: every finished run is in the ledger; go on with --resume")]
     Interrupted,
+    /// The user stopped the program before there was anything to write.
+    #[error("interrupted: nothing was written")]
+    Stopped,
     /// A picture that cannot be made.
     #[error(transparent)]
     Picture(#[from] SimError),
@@ -134,7 +137,7 @@ impl BenchError {
         match self {
             Self::Write { .. } | Self::Record { .. } | Self::Differs { .. } => 1,
             // 128 + SIGINT, as shells have it.
-            Self::Interrupted => 130,
+            Self::Interrupted | Self::Stopped => 130,
             _ => 2,
         }
     }

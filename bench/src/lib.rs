@@ -6,13 +6,15 @@
 //! model succeeds or the budget is used up; [`runner`] does all runs of a [`protocol`]; each is a [`record`] of the [`ledger`], and
 //! the [`tables`] are projections of those.
 //!
-//! How to add a method, a task, a teacher or a table: [`extending`].
+//! How to add a method, a task, a teacher or a table: [`extending`]; a task from nothing, step by step: [`tutorial`].
 
 pub mod archive;
 pub mod cmd;
+pub mod correction;
 pub mod cost;
 pub mod demonstration_file;
 pub mod error;
+pub mod evaluation;
 #[doc = include_str!("../docs/extending.md")]
 pub mod extending {}
 pub mod files;
@@ -27,3 +29,5 @@ pub mod session;
 pub mod stats;
 pub mod synthetic;
 pub mod tables;
+#[doc = include_str!("../docs/tutorial.md")]
+pub mod tutorial {}

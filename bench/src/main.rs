@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use situ_bench::cmd::{learn::Learn, list::List, run::Run, show::Show, tables::Tables};
+use situ_bench::cmd::{check::Check, learn::Learn, list::List, run::Run, show::Show, tables::Tables};
 use situ_bench::error::BenchError;
 
 /// The benchmark of learning from corrective demonstrations: task models as automata of primitives, and what it takes and
@@ -17,7 +17,7 @@ use situ_bench::error::BenchError;
 #[command(
     name = "situ-bench",
     version,
-    after_help = "Without a verb: run.\n\nExamples:\n  situ-bench run --task pour\n  situ-bench show pour/lid --failure\n  situ-bench list methods\n  situ-bench tables quick.jsonl --out tables\n  situ-bench learn original.json --correct correction.json --dot model.dot\n\nExit status: 0; 1 where the machine failed; 2 where the input was bad."
+    after_help = "Without a verb: run.\n\nExamples:\n  situ-bench run --task pour\n  situ-bench show pour/lid --failure\n  situ-bench check pour\n  situ-bench list methods\n  situ-bench tables quick.jsonl --out tables\n  situ-bench learn original.json --correct correction.json --dot model.dot\n\nExit status: 0; 1 where the machine failed; 2 where the input was bad."
 )]
 struct Arguments {
     #[command(subcommand)]
@@ -27,6 +27,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Verb {
     Run(Run),
+    Check(Check),
     List(List),
     Tables(Tables),
     Learn(Learn),
@@ -37,6 +38,13 @@ fn main() -> ExitCode {
     let verb = Arguments::parse().verb.or_else(|| Arguments::parse_from(["situ-bench", "run"]).verb);
     let result = match verb.expect("`run` is a verb") {
         Verb::Run(run) => run.run().and_then(|text| print(&text)),
+        Verb::Check(check) => match check.run() {
+            Ok(checked) => match print(&checked.text) {
+                Ok(()) if !checked.is_sound => return ExitCode::FAILURE,
+                printed => printed,
+            },
+            Err(error) => Err(error),
+        },
         Verb::List(list) => list.run().and_then(|text| print(&text)),
         Verb::Tables(tables) => tables.run().and_then(|printed| {
             printed.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));

@@ -47,6 +47,9 @@ pub struct Protocol {
     pub teachers: Vec<String>,
     /// Methods.
     pub methods: Vec<String>,
+    /// Whether the families' sequences of variations are run, too.
+    #[serde(default)]
+    pub sequences: bool,
     /// Seeds a cell.
     pub seeds: u64,
     /// Success rate at which a task counts as taught, above 0 and at most 1.

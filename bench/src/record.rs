@@ -42,6 +42,19 @@ pub struct Key {
     pub method: String,
     /// The seed of the run.
     pub seed: u64,
+    /// Where the run is a stage of a sequence: which.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stage: Option<Stage>,
+}
+
+/// A stage of a sequence of variations, each met with the model that the one before left.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stage {
+    /// The sequence.
+    pub sequence: String,
+    /// The place in it, from 1.
+    pub number: u32,
 }
 
 /// Names a record among all records: no two records of a ledger share it.
@@ -67,8 +80,12 @@ pub enum Identity {
 impl fmt::Display for Identity {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Run(Key { protocol, task, variation, teacher, method, seed, edit: _ }) => {
-                write!(formatter, "{protocol}, {task}/{variation}, {teacher}, {method}, seed {seed}")
+            Self::Run(Key { protocol, task, variation, teacher, method, seed, stage, edit: _ }) => {
+                write!(formatter, "{protocol}, {task}/{variation}")?;
+                if let Some(Stage { sequence, number }) = stage {
+                    write!(formatter, " (stage {number} of {sequence})")?;
+                }
+                write!(formatter, ", {teacher}, {method}, seed {seed}")
             }
             Self::Cost { protocol, method, edit, nodes, seed } => {
                 write!(formatter, "{protocol}, cost of {edit} at {nodes} nodes, {method}, seed {seed}")
@@ -258,8 +275,11 @@ pub struct Run {
     pub ended: BTreeMap<String, u32>,
     /// Success on the original task before the corrections.
     pub original_rate: Option<Rate>,
-    /// Success on the original task after the corrections.
+    /// Success on the original task after the corrections, from the same starts as before.
     pub retained: Option<Rate>,
+    /// In a sequence: success on the variations of the earlier stages, after this one.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub earlier: BTreeMap<String, Rate>,
 }
 
 /// One update of a synthetic automaton.
@@ -289,6 +309,14 @@ pub struct Cost {
 }
 
 impl Record {
+    /// The run, where it is one and stands alone: no stage of a sequence, whose model has seen other changes before.
+    pub fn single_run(&self) -> Option<&Run> {
+        match self {
+            Self::Run(run) if run.key.stage.is_none() => Some(run),
+            _ => None,
+        }
+    }
+
     /// What tells this record from all others; the order of a canonical ledger.
     pub fn identity(&self) -> Identity {
         match self {

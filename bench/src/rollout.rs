@@ -55,9 +55,42 @@ pub struct Execute {
     pub execution: Execution,
     /// Least probability of a child (decision D11).
     pub confidence: f64,
-    /// Whether a teacher watches and stops the robot at the setting's moments. An evaluation is never watched.
-    pub watched: bool,
+    /// Who watches. Nobody watches an evaluation.
+    pub watched: Watched,
 }
+
+/// Who watches a rollout, and stops the robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Watched {
+    /// Nobody.
+    No,
+    /// A teacher who stops the robot at the setting's moments, but lets the first so many pass.
+    AfterMissing(u32),
+    /// A teacher who stops the robot before this primitive, counted from 0 in the order in which they run.
+    UntilPrimitive(usize),
+}
+
+/// A teacher who watches: how many of the setting's moments are still to be missed.
+struct Watch {
+    watched: Watched,
+    missed: u32,
+}
+
+impl Watch {
+    /// Whether the teacher stops the robot at this moment.
+    fn stops(&mut self, episode: &Episode, moment: Moment, reference: &str) -> Option<Ended> {
+        let Watched::AfterMissing(misses) = self.watched else { return None };
+        let intervention = episode.intervention(moment, reference)?;
+        if self.missed < misses {
+            self.missed += 1;
+            return None;
+        }
+        Some(Ended::Stopped(intervention.name.clone()))
+    }
+}
+
+/// Why the robot was stopped by a teacher who steps in before anything has gone wrong.
+const TOO_EARLY: &str = "stopped early";
 
 /// What happened.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,6 +121,7 @@ pub fn rollout(
     let mut last = Place::Start;
     let mut last_reference = None;
     let mut primitives = Vec::new();
+    let mut watch = Watch { watched: execute.watched, missed: 0 };
     let ended = loop {
         let state = observe(episode);
         let Some((child, probability)) = model.next(last, &state) else { break Ended::NoConfidentChild };
@@ -100,17 +134,20 @@ pub fn rollout(
         }
         let (reference, keyframes) = model.keyframes(node, execute.execution, rng)?;
         let Some(frame) = episode.reference_pose(&reference) else { break Ended::ReferenceAbsent };
-        if let Some(reason) = stopped(episode, execute, Moment::Before, &reference) {
+        if let Some(reason) = watch.stops(episode, Moment::Before, &reference) {
             break reason;
         }
+        if execute.watched == Watched::UntilPrimitive(primitives.len()) {
+            break Ended::Stopped(TOO_EARLY.to_owned());
+        }
         primitives.push((child, probability));
-        if let Some(reason) = perform(episode, execute, &reference, &frame, &keyframes, observer) {
+        if let Some(reason) = perform(episode, &mut watch, &reference, &frame, &keyframes, observer) {
             break reason;
         }
         // What the teacher sees after a primitive, it sees after the primitive has run.
         last = child;
         last_reference = Some(reference.to_string());
-        if let Some(reason) = stopped(episode, execute, Moment::After, &reference) {
+        if let Some(reason) = watch.stops(episode, Moment::After, &reference) {
             break reason;
         }
     };
@@ -118,17 +155,10 @@ pub fn rollout(
     Ok(Rollout { ended, last, last_reference, success: episode.succeeded(), primitives })
 }
 
-fn stopped(episode: &Episode, execute: Execute, moment: Moment, reference: &str) -> Option<Ended> {
-    if !execute.watched {
-        return None;
-    }
-    episode.intervention(moment, reference).map(|intervention| Ended::Stopped(intervention.name.clone()))
-}
-
 /// Performs one primitive; says why where it was not performed to its end.
 fn perform(
     episode: &mut Episode,
-    execute: Execute,
+    watch: &mut Watch,
     reference: &str,
     frame: &situ::demonstration::Pose,
     keyframes: &[situ::demonstration::RelativeKeyframe],
@@ -145,7 +175,7 @@ fn perform(
         match end {
             MotionEnd::Aborted { .. } => return Some(Ended::Aborted),
             MotionEnd::Guarded { .. } => {
-                if let Some(reason) = stopped(episode, execute, Moment::Guard, reference) {
+                if let Some(reason) = watch.stops(episode, Moment::Guard, reference) {
                     return Some(reason);
                 }
             }

@@ -6,16 +6,16 @@ use std::sync::{Arc, Mutex};
 
 use rayon::prelude::*;
 use situ::edit::Edit;
-use situ::method::{self, Method};
+use situ::method::{self, Method, Role};
 use situ_tasks::{Registry, Setting};
-use situ_teachers::{Profile, Teacher};
+use situ_teachers::{Roster, Teacher};
 
 use crate::archive::Archive;
 use crate::cost::Subject;
 use crate::error::BenchError;
 use crate::ledger::Ledger;
 use crate::protocol::Protocol;
-use crate::record::{Identity, Record};
+use crate::record::{Identity, Key, Record};
 use crate::session::Surroundings;
 use crate::synthetic::Parameters;
 
@@ -24,8 +24,10 @@ use crate::synthetic::Parameters;
 pub struct Filter {
     /// Task families.
     pub tasks: Vec<String>,
-    /// Variations.
+    /// Variations; where sequences are named, no others than these are run alone.
     pub variations: Vec<String>,
+    /// Sequences of variations; where variations are named, no others than these are run.
+    pub sequences: Vec<String>,
     /// Methods; one that the protocol does not name is added.
     pub methods: Vec<String>,
     /// Teacher profiles; one that the protocol does not name is added.
@@ -51,6 +53,7 @@ struct CostGroup {
 struct Group {
     original: Arc<Setting>,
     variations: Vec<Arc<Setting>>,
+    sequences: Vec<(String, Vec<Arc<Setting>>)>,
     teacher: Teacher,
     seed: u64,
 }
@@ -81,35 +84,61 @@ impl Plan {
     ///
     /// # Errors
     /// A name that nothing has, with the known ones.
-    pub fn new(protocol: Protocol, filter: &Filter, registry: &Registry, first_seed: u64) -> Result<Self, BenchError> {
+    pub fn new(
+        protocol: Protocol,
+        filter: &Filter,
+        registry: &Registry,
+        roster: &Roster,
+        first_seed: u64,
+    ) -> Result<Self, BenchError> {
         let known: Vec<String> = registry.names().map(str::to_owned).collect();
         let tasks = chosen("task", &filter.tasks, &protocol.tasks, &known)?;
         let known: Vec<String> = method::all().iter().map(|method| method.name().to_owned()).collect();
         let methods = chosen("method", &filter.methods, &protocol.methods, &known)?;
         let methods: Vec<Box<dyn Method>> = methods.iter().filter_map(|name| method::named(name)).collect();
         let teachers = if filter.teachers.is_empty() { &protocol.teachers } else { &filter.teachers };
-        let mut variations_known = Vec::new();
+        let (mut variations_known, mut sequences_known) = (Vec::new(), Vec::new());
         let mut groups = Vec::new();
         for task in tasks {
             let task = registry.get(task)?;
             variations_known.extend(task.variations().map(str::to_owned));
-            let wanted =
-                |name: &str| filter.variations.is_empty() || filter.variations.iter().any(|wanted| wanted == name);
+            let wanted = |name: &str| match filter.variations.as_slice() {
+                [] => filter.sequences.is_empty(),
+                names => names.iter().any(|wanted| wanted == name),
+            };
             let variations = task.variations().filter(|name| wanted(name)).map(|name| task.variation(Some(name)));
             let variations = variations.collect::<Result<Vec<_>, _>>()?;
-            if variations.is_empty() {
+            sequences_known.extend(task.sequences().iter().map(|sequence| sequence.name.clone()));
+            let wanted = |name: &String| match filter.sequences.as_slice() {
+                [] => protocol.sequences && filter.variations.is_empty(),
+                names => names.contains(name),
+            };
+            let sequences = task.sequences().iter().filter(|sequence| wanted(&sequence.name)).map(|sequence| {
+                let settings = sequence.variations.iter().map(|name| task.variation(Some(name)));
+                Ok((sequence.name.clone(), settings.collect::<Result<Vec<_>, _>>()?))
+            });
+            let sequences = sequences.collect::<Result<Vec<_>, BenchError>>()?;
+            if variations.is_empty() && sequences.is_empty() {
                 continue;
             }
             for teacher in teachers {
-                let teacher = Teacher::new(Profile::named(teacher)?);
+                let teacher = Teacher::new(roster.get(teacher)?.clone());
                 for seed in first_seed..first_seed.saturating_add(protocol.seeds) {
                     let original = task.variation(None)?;
-                    groups.push(Group { original, variations: variations.clone(), teacher: teacher.clone(), seed });
+                    groups.push(Group {
+                        original,
+                        variations: variations.clone(),
+                        sequences: sequences.clone(),
+                        teacher: teacher.clone(),
+                        seed,
+                    });
                 }
             }
         }
         chosen("variation", &filter.variations, &[], &variations_known)?;
-        let whole = filter.tasks.is_empty() && filter.variations.is_empty() && filter.teachers.is_empty();
+        chosen("sequence", &filter.sequences, &[], &sequences_known)?;
+        let whole = [&filter.tasks, &filter.variations, &filter.sequences, &filter.teachers];
+        let whole = whole.iter().all(|names| names.is_empty());
         let mut costs = Vec::new();
         for suite in protocol.cost.iter().filter(|_| whole) {
             let known: Vec<String> = method::all().iter().map(|method| method.name().to_owned()).collect();
@@ -130,8 +159,12 @@ impl Plan {
 
     /// The number of records that the plan makes.
     pub fn len(&self) -> usize {
-        let runs: usize = self.groups.iter().map(|group| group.variations.len() * self.methods.len()).sum();
-        runs + self.costs.len() * Edit::ALL.len()
+        let in_sequence = self.methods.iter().filter(|method| method.role() != Role::FromScratch).count();
+        let runs = self.groups.iter().map(|group| {
+            let stages: usize = group.sequences.iter().map(|(_, settings)| settings.len()).sum();
+            group.variations.len() * self.methods.len() + stages * in_sequence
+        });
+        runs.sum::<usize>() + self.costs.len() * Edit::ALL.len()
     }
 
     /// Whether the plan makes none.
@@ -190,20 +223,34 @@ impl Plan {
                 interrupted,
                 archive,
             };
-            let todo: Vec<(&Arc<Setting>, Vec<&dyn Method>)> = group
-                .variations
-                .iter()
-                .map(|setting| {
-                    let methods = self.methods.iter().map(|method| &**method);
-                    let is_done =
-                        |method: &&dyn Method| done.contains(&Identity::Run(surroundings.key(setting, *method)));
-                    let (finished, left): (Vec<_>, Vec<_>) = methods.partition(is_done);
-                    finished.iter().for_each(|_| progress.finished());
-                    (setting, left)
-                })
-                .filter(|(_, methods)| !methods.is_empty())
-                .collect();
-            let Some(first) = self.methods.first().filter(|_| !todo.is_empty()) else { return Ok(()) };
+            let is_done = |key: Key| {
+                let is_done = done.contains(&Identity::Run(key));
+                is_done.then(|| progress.finished()).is_some()
+            };
+            let methods = || self.methods.iter().map(|method| &**method);
+            let singles = group.variations.iter().map(|setting| {
+                let left = methods().filter(|method| !is_done(surroundings.key(setting, *method)));
+                (setting, left.collect::<Vec<_>>())
+            });
+            let singles: Vec<_> = singles.filter(|(_, left)| !left.is_empty()).collect();
+            // A stage needs the ones before it, so a sequence is run from its beginning where any stage is left.
+            let stages_left = |name: &str, settings: &[Arc<Setting>], method: &dyn Method| {
+                let stages = settings.iter().enumerate();
+                let left =
+                    stages.filter(|(index, setting)| !is_done(surroundings.stage_key(name, *index, setting, method)));
+                left.map(|(index, _)| index).collect::<BTreeSet<_>>()
+            };
+            let mut sequences = Vec::new();
+            for (name, settings) in &group.sequences {
+                for method in methods().filter(|method| method.role() != Role::FromScratch) {
+                    let left = stages_left(name, settings, method);
+                    if !left.is_empty() {
+                        sequences.push((name, settings, method, left));
+                    }
+                }
+            }
+            let is_left = !(singles.is_empty() && sequences.is_empty());
+            let Some(first) = self.methods.first().filter(|_| is_left) else { return Ok(()) };
             progress.at(&format!(
                 "{}, {}, seed {}: teaching",
                 group.original.task,
@@ -211,12 +258,18 @@ impl Plan {
                 group.seed
             ));
             let taught = surroundings.teach(&group.original, &**first)?;
-            todo.par_iter().try_for_each(|(setting, methods)| {
+            singles.par_iter().try_for_each(|(setting, methods)| {
                 let before = surroundings.before(&taught, setting, &**first)?;
                 methods.par_iter().try_for_each(|method| {
                     progress.at(&Identity::Run(surroundings.key(setting, *method)).to_string());
                     write(Record::Run(surroundings.run(setting, *method, &taught, &before)?))
                 })
+            })?;
+            sequences.par_iter().try_for_each(|(name, settings, method, left)| {
+                progress.at(&Identity::Run(surroundings.stage_key(name, 0, &settings[0], *method)).to_string());
+                let runs = surroundings.run_sequence(name, settings, *method, &taught)?;
+                let left = runs.into_iter().enumerate().filter(|(index, _)| left.contains(index));
+                left.map(|(_, run)| run).try_for_each(|run| write(Record::Run(run)))
             })
         })
     }

@@ -13,6 +13,7 @@ use situ_bench::protocol::Protocol;
 use situ_bench::record::{Outcome, Record};
 use situ_bench::runner::{Filter, Plan, Progress};
 use situ_tasks::Registry;
+use situ_teachers::Roster;
 
 const PROTOCOL: &str = r#"
 name = "small"
@@ -45,13 +46,13 @@ impl Progress for Silent {
     fn finished(&self) {}
 }
 
-fn plan(filter: &Filter) -> Plan {
+fn plan(filter: &Filter, roster: &Roster) -> Plan {
     let protocol = Protocol::parse(PROTOCOL, Path::new("small.toml")).unwrap();
-    Plan::new(protocol, filter, &Registry::builtin().unwrap(), 1).unwrap()
+    Plan::new(protocol, filter, &Registry::builtin().unwrap(), roster, 1).unwrap()
 }
 
 fn bump() -> Plan {
-    plan(&Filter { variations: vec!["bump".to_owned()], ..Filter::default() })
+    plan(&Filter { variations: vec!["bump".to_owned()], ..Filter::default() }, &Roster::builtin().unwrap())
 }
 
 /// The canonical ledger, without its times, of a run on so many threads.
@@ -80,6 +81,67 @@ fn one_thread_and_two_write_the_same_records() {
     assert_eq!(of("no_update").after.unwrap().successes, 0);
     assert_eq!(of("situ").corrections.len(), 1);
     assert_eq!(of("situ").outcome, Outcome::Reached);
+}
+
+#[test]
+fn a_teacher_who_comes_too_early_or_too_late_finds_another_failure() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("teachers.toml");
+    let profile =
+        |name: &str, rate: &str| format!("[[profile]]\nname = \"{name}\"\nanalysis = \"Errs so.\"\n{rate} = 1.0\n");
+    std::fs::write(&file, profile("hasty", "begins_early") + &profile("tardy", "begins_late")).unwrap();
+    let filter = Filter {
+        variations: vec!["bump".to_owned()],
+        methods: vec!["situ".to_owned()],
+        teachers: ["expert", "hasty", "tardy"].map(str::to_owned).to_vec(),
+        ..Filter::default()
+    };
+    let plan = plan(&filter, &Roster::builtin().unwrap().with_file(&file).unwrap());
+    let records = run(&plan, &folder.path().join("ledger.jsonl"), 2).unwrap();
+    let first = |teacher: &str| {
+        let mut runs = records.iter().filter_map(|record| if let Record::Run(run) = record { Some(run) } else { None });
+        let run = runs.find(|run| run.key.teacher == teacher).unwrap();
+        (run.corrections[0].failure.clone(), run.corrections[0].last.clone())
+    };
+    assert_eq!(first("expert"), ("the hand is empty".to_owned(), "red_1".to_owned()));
+    assert_eq!(first("hasty"), ("stopped early".to_owned(), "START".to_owned()), "before the pick that closes on air");
+    let (failure, last) = first("tardy");
+    assert!(last != "red_1" || failure != "the hand is empty", "the robot went on: {failure} after {last}");
+}
+
+#[test]
+fn a_sequence_goes_on_with_the_model_that_the_stage_before_left() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("ledger.jsonl");
+    let filter = Filter { sequences: vec!["workshop".to_owned()], ..Filter::default() };
+    let plan = plan(&filter, &Roster::builtin().unwrap());
+    let records = run(&plan, &path, 2).unwrap();
+    // Three stages of three methods that correct or do nothing; nothing is run alone.
+    assert_eq!((records.len(), plan.len()), (9, 9));
+    let stages = |method: &str| {
+        let runs = records.iter().filter_map(|record| if let Record::Run(run) = record { Some(run) } else { None });
+        let mut runs: Vec<_> = runs.filter(|run| run.key.method == method).collect();
+        runs.sort_by_key(|run| run.key.stage.as_ref().unwrap().number);
+        runs
+    };
+    let situ = stages("situ");
+    assert_eq!(situ.iter().map(|run| &*run.key.variation).collect::<Vec<_>>(), ["high_bins", "bump", "cover"]);
+    assert_eq!(situ.iter().map(|run| run.earlier.len()).collect::<Vec<_>>(), [0, 1, 2]);
+    assert!(situ.iter().all(|run| run.outcome == Outcome::Reached && run.corrections.len() == 1), "{situ:#?}");
+    for run in stages("no_update") {
+        assert_eq!(
+            (run.corrections.len(), run.retained),
+            (0, run.original_rate),
+            "what is not corrected forgets nothing"
+        );
+    }
+    // A ledger that lacks a stage in the middle gets it again, and only it.
+    let text = std::fs::read_to_string(&path).unwrap();
+    let lines: Vec<&str> =
+        text.lines().filter(|line| !(line.contains("\"number\":2") && line.contains("\"situ\""))).collect();
+    std::fs::write(&path, lines.join("\n") + "\n").unwrap();
+    assert_eq!(ledger::text(&run(&plan, &path, 1).unwrap()), ledger::text(&records));
+    assert_eq!(ledger::read(&path).unwrap().records.len(), 9);
 }
 
 #[test]
@@ -114,9 +176,10 @@ fn bad_names_and_protocols_exit_with_2_and_say_what_would_be_right() {
     let protocol = folder.path().join("bad.toml");
     std::fs::write(&protocol, PROTOCOL.replace("target = 0.5", "target = 1.5")).unwrap();
     let protocol = protocol.to_str().unwrap();
-    let cases: [(&[&str], &[&str]); 6] = [
+    let cases: [(&[&str], &[&str]); 7] = [
         (&["run", "--task", "pours"], &["pours", "pour", "sort_blocks"]),
         (&["run", "--variation", "lids"], &["lids", "vase", "high_bins"]),
+        (&["run", "--sequence", "workshops"], &["workshops", "kitchen", "workshop"]),
         (&["run", "--method", "magic"], &["magic", "situ:literal", "from_scratch"]),
         (&["run", "--teacher", "genius"], &["genius", "expert", "novice"]),
         (&["run", "--protocol", "slow"], &["slow", "quick", "paper"]),

@@ -52,6 +52,12 @@ pub enum SimError {
         /// How many fit below the rim.
         room: usize,
     },
+    /// An object was to slide that cannot.
+    #[error("object `{object}`: it cannot slide, for it is fixed, slides already, or was to slide along itself")]
+    NoSlide {
+        /// The object that was to slide.
+        object: String,
+    },
     /// A picture could not be encoded.
     #[error("picture: {reason}")]
     Picture {

@@ -226,7 +226,8 @@ impl Hand {
     pub(crate) fn feel(&mut self, physics: &PhysicsWorld) {
         let mut impulse = Vector3::zeros();
         for &collider in &self.colliders {
-            for pair in physics.contact_pairs_with(collider) {
+            // A pair that has come apart keeps the impulses of its last touch: only those of this step count.
+            for pair in physics.contact_pairs_with(collider).filter(|pair| pair.has_any_active_contact()) {
                 let on_second = from_engine_vector(pair.total_impulse());
                 impulse += if pair.collider1 == collider { -on_second } else { on_second };
             }

@@ -83,7 +83,7 @@ impl World {
                 .contact_pairs_with(finger)
                 .filter(|pair| {
                     let other = if pair.collider1 == finger { pair.collider2 } else { pair.collider1 };
-                    self.physics.colliders[other].parent() == Some(body)
+                    self.physics.colliders[other].parent() == Some(body) && pair.has_any_active_contact()
                 })
                 .map(|pair| pair.total_impulse_magnitude())
                 .sum();

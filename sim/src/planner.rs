@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::error::SimError;
 use crate::frame::{Pose, angle_of, between};
-use crate::object::check_pose;
+use crate::object::{check_pose, within};
 use crate::world::{DT, HAND, World, steps_in};
 
 /// The hand's largest speed in m/s.
@@ -12,16 +13,40 @@ pub const MAX_SPEED: f64 = 0.25;
 pub const MAX_TURN: f64 = 1.5;
 /// Time in which the hand reaches its largest speed, seconds.
 const RAMP: f64 = 0.15;
-/// A motion ends when the force on the hand rises by so many newtons above the least since the start.
+/// [`Guard::rise`] unless it is set.
 pub const GUARD_FORCE: f64 = 30.0;
-/// A motion is aborted at this force on the hand in newtons.
+/// [`Guard::abort`] unless it is set.
 pub const ABORT_FORCE: f64 = 120.0;
+/// No guard can be set to more than this, in newtons.
+const MAX_GUARD: f64 = 1e3;
 /// The guard is not heeded during the first steps: starting the motion shakes what is held.
 const GUARD_AFTER: usize = 12;
 /// A stopped hand goes back to where it was so many steps before, or it would go on pressing.
 const BACK_OFF: usize = 4;
 /// How long it then stays there, in seconds.
 const BACK_OFF_HOLD: f64 = 0.05;
+
+/// The forces at which a motion of the hand ends early, in newtons.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Guard {
+    /// A motion ends when the force on the hand rises by so much above the least since the start.
+    pub rise: f64,
+    /// A motion is aborted at this force on the hand.
+    pub abort: f64,
+}
+
+impl Default for Guard {
+    fn default() -> Guard {
+        Guard { rise: GUARD_FORCE, abort: ABORT_FORCE }
+    }
+}
+
+impl Guard {
+    pub(crate) fn check(&self) -> Result<(), SimError> {
+        within(HAND, "the force of an abort must be more than 0 and at most 1000 N", &[self.abort], 1e-3, MAX_GUARD)?;
+        within(HAND, "the guard must be more than 0 N and not above the abort", &[self.rise], 1e-3, self.abort)
+    }
+}
 
 /// How a motion ended.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -43,7 +68,7 @@ pub enum MotionEnd {
 impl World {
     /// Moves the hand to `target` (pose of the tool centre point): straight in position, spherical in rotation, at most 0.25 m/s and 1.5 rad/s.
     ///
-    /// The motion ends early when the hand meets with more than 30 N of resistance (see [`MotionEnd`]). `observer` is called after each step.
+    /// The motion ends early when the hand meets with more resistance than the guard allows ([`Guard`], 30 N unless set; see [`MotionEnd`]). `observer` is called after each step.
     pub fn move_hand(&mut self, target: Pose, observer: &mut dyn FnMut(&World)) -> MotionEnd {
         let mut rest = self.hand_force();
         if check_pose(HAND, &target).is_err() {
@@ -63,8 +88,8 @@ impl World {
             let force = self.hand_force();
             // What is left of an earlier blow dies away; the guard is set to what remains.
             rest = rest.min(force);
-            let aborted = force > ABORT_FORCE;
-            if aborted || (step > GUARD_AFTER && force - rest > GUARD_FORCE) {
+            let aborted = force > self.guard.abort;
+            if aborted || (step > GUARD_AFTER && force - rest > self.guard.rise) {
                 let back = passed[passed.len().saturating_sub(1 + BACK_OFF)];
                 self.hand.aim(back);
                 self.hold(BACK_OFF_HOLD, observer);

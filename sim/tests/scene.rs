@@ -3,7 +3,7 @@
 mod common;
 
 use common::standing;
-use situ_sim::{Beads, Bin, Cover, Cup, Handle, Interior, Lid, Magnet, Object, Pose, SimError, World};
+use situ_sim::{Beads, Bin, Cover, Cup, Drawer, Handle, Interior, Lid, Magnet, Object, Pose, SimError, World};
 
 fn cube(name: &str) -> Object {
     Object::block(name, [0.02; 3], 1000.0, 0.6)
@@ -58,7 +58,21 @@ fn masses_are_those_of_the_shapes() {
     let cover =
         Cover { half_x: 0.06, half_y: 0.05, thickness: 0.004, knob_half: [0.008; 3], density: 400.0, friction: 0.4 };
     let bin = Bin { inner_x: 0.14, inner_y: 0.10, height: 0.06, wall: 0.005, density: 800.0, friction: 0.4 };
+    let drawer = Drawer {
+        inner_x: 0.20,
+        inner_y: 0.14,
+        height: 0.05,
+        wall: 0.005,
+        panel_half: [0.005, 0.09, 0.04],
+        fin_half: [0.03, 0.006, 0.018],
+        fin_z: 0.05,
+        density: 700.0,
+        friction: 0.5,
+    };
+    let drawer_volume =
+        0.205 * 0.15 * 0.005 + (0.005 * 0.15 + 2.0 * 0.20 * 0.005) * 0.045 + 0.01 * 0.18 * 0.08 + 0.06 * 0.012 * 0.036;
     let objects = [
+        (Object::drawer("drawer", &drawer), 700.0 * drawer_volume, 1e-3),
         (cube("cube"), 1000.0 * 0.04 * 0.04 * 0.04, 1e-3),
         (Object::cover("cover", &cover), 400.0 * (0.12 * 0.10 * 0.004 + 0.016 * 0.016 * 0.016), 1e-3),
         // Closed form of a box with a smaller box taken out; our walls start a little above the base and run into the floor.
@@ -125,4 +139,27 @@ fn an_interior_is_what_the_walls_leave() {
     assert!(cone.contains([0.0, 0.0, 0.07], 0.01));
     let room = Interior::Box { half_x: 0.05, half_y: 0.02, floor: 0.005, height: 0.065 };
     assert!(room.contains([0.049, -0.019, 0.03], 0.0) && !room.contains([0.019, -0.021, 0.03], 0.0));
+}
+
+#[test]
+fn what_is_inside_something_else_is_found() {
+    let mut world = World::new();
+    world.place_gripper(standing(0.0, 0.0, 0.3, 0.0), 0.06);
+    world.add(cube("a"), standing(0.0, 0.0, 0.02, 0.0)).unwrap();
+    world.add(Object::mat("mat", 0.1, 0.1), standing(0.0, 0.0, 0.0, 0.0)).unwrap();
+    world.add(cube("b"), standing(0.04, 0.0, 0.02, 0.0)).unwrap();
+    assert_eq!(world.overlap(1e-4), None, "side by side, on a mark");
+    world.add(cube("c"), standing(0.0, 0.035, 0.02, 0.0)).unwrap();
+    let found = world.overlap(1e-4).unwrap();
+    assert_eq!((found.a.as_str(), found.b.as_str()), ("a", "c"));
+    assert!((found.depth - 0.005).abs() < 1e-5, "{}", found.depth);
+    assert_eq!(world.overlap(0.006), None, "as much as is allowed");
+    world.add(cube("sunk"), standing(0.3, 0.0, 0.013, 0.0)).unwrap();
+    let found = world.overlap(1e-4).unwrap();
+    assert_eq!((found.a.as_str(), found.b.as_str()), ("table", "sunk"));
+    world.add(cube("held"), standing(-0.3, 0.0, 0.3, 0.0)).unwrap();
+    assert_eq!(world.overlap(0.008), None);
+    world.place_gripper(standing(-0.3, 0.0, 0.3, 0.0), 0.0);
+    let found = world.overlap(1e-4).unwrap();
+    assert_eq!((found.a.as_str(), found.b.as_str()), ("held", "hand"));
 }

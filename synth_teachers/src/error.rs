@@ -34,6 +34,14 @@ pub enum TeacherError {
         /// What is wrong, and what was expected.
         problem: String,
     },
+    /// A file with a profile whose name is taken.
+    #[error("{}: there is a teacher `{name}` already: expected another name", path.display())]
+    DuplicateProfile {
+        /// The file.
+        path: PathBuf,
+        /// The name.
+        name: String,
+    },
     /// A demonstration that the learner's types refuse.
     #[error(transparent)]
     Situ(#[from] situ::error::SituError),

@@ -8,8 +8,13 @@ pub mod convert;
 pub mod error;
 pub mod mistakes;
 pub mod profile;
+pub mod roster;
+pub mod tally;
 pub mod teacher;
 
 pub use error::TeacherError;
-pub use profile::{Noise, Pause, Profile};
+pub use mistakes::Onset;
+pub use profile::{Detour, Misaligned, Noise, Pause, Profile};
+pub use roster::Roster;
+pub use tally::{Count, Tally, Way};
 pub use teacher::{Effort, Shown, Teacher};

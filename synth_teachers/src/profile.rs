@@ -6,6 +6,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::error::TeacherError;
+use crate::tally::Way;
 
 /// Gaussian noise on a pose, a standard deviation an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
@@ -25,6 +26,26 @@ pub struct Pause {
     pub rate: f64,
     /// Its length, simulated seconds.
     pub seconds: f64,
+}
+
+/// Excursions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Detour {
+    /// Share of keyframes before which there is one.
+    pub rate: f64,
+    /// How far it leads away from the middle of the way, in metres: sideways or up, never down.
+    pub reach: f64,
+}
+
+/// A gripper that is not aligned with what it takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Misaligned {
+    /// Share of skills that are performed so.
+    pub rate: f64,
+    /// The turn of the gripper about its own z axis, either way, in degrees.
+    pub turn: f64,
 }
 
 /// A teacher's ways of erring. All zero is the expert.
@@ -50,38 +71,61 @@ pub struct Profile {
     /// Pauses.
     #[serde(default)]
     pub pause: Pause,
+    /// Excursions.
+    #[serde(default)]
+    pub detour: Detour,
+    /// Share of keyframes that are approached along one axis after the other, with a keyframe at each corner.
+    #[serde(default)]
+    pub one_axis: f64,
+    /// Misalignment.
+    #[serde(default)]
+    pub misaligned: Misaligned,
+    /// Share of skills whose reference object is named wrongly: another object of the scene, all equally likely.
+    #[serde(default)]
+    pub wrong_reference: f64,
     /// Share of corrections that are stopped once back on the model, instead of carried on to the end.
     #[serde(default)]
-    pub stop_early: f64,
+    pub stops_early: f64,
+    /// Share of corrections that begin one primitive too early: the robot is stopped before it has gone wrong.
+    #[serde(default)]
+    pub begins_early: f64,
+    /// Share of corrections that begin too late: the first moment at which the robot should have been stopped passes.
+    #[serde(default)]
+    pub begins_late: f64,
 }
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    profile: Vec<Spanned<Profile>>,
-}
-
-/// The profiles that come with the crate.
-const BUILTIN: &str = include_str!("profiles.toml");
 
 impl Profile {
-    /// The profiles that come with the crate.
-    ///
-    /// # Errors
-    /// Never, unless the crate was built with a broken file; the tests read it.
-    pub fn builtin() -> Result<Vec<Self>, TeacherError> {
-        Self::parse(BUILTIN, Path::new("profiles.toml"))
-    }
-
-    /// The built-in profile of this name.
-    ///
-    /// # Errors
-    /// [`TeacherError::UnknownProfile`] names the known ones.
-    pub fn named(name: &str) -> Result<Self, TeacherError> {
-        let profiles = Self::builtin()?;
-        let known = profiles.iter().map(|profile| profile.name.clone()).collect::<Vec<_>>().join(", ");
-        let found = profiles.into_iter().find(|profile| profile.name == name);
-        found.ok_or_else(|| TeacherError::UnknownProfile { name: name.to_owned(), known })
+    /// Err with a key and what is wrong with its value.
+    fn check(&self) -> Result<(), String> {
+        for way in Way::ALL {
+            let rate = way.rate(self);
+            if !(0.0..=1.0).contains(&rate) {
+                let key = match way {
+                    Way::Pause | Way::Detour | Way::Misaligned => format!("{}.rate", way.name()),
+                    _ => way.name().to_owned(),
+                };
+                return Err(format!("`{key}` is {rate}, expected a rate from 0 to 1"));
+            }
+        }
+        if self.begins_early + self.begins_late > 1.0 {
+            return Err(format!(
+                "`begins_early` and `begins_late` are {} together, expected at most 1: no correction is both",
+                self.begins_early + self.begins_late
+            ));
+        }
+        let sizes = [
+            ("contact.position", self.contact.position, "metres", 1.0),
+            ("contact.rotation", self.contact.rotation, "degrees", 180.0),
+            ("free.position", self.free.position, "metres", 1.0),
+            ("free.rotation", self.free.rotation, "degrees", 180.0),
+            ("pause.seconds", self.pause.seconds, "seconds", 60.0),
+            ("detour.reach", self.detour.reach, "metres", 1.0),
+            ("misaligned.turn", self.misaligned.turn, "degrees", 180.0),
+        ];
+        match sizes.into_iter().find(|(_, size, _, most)| !(0.0..=*most).contains(size)) {
+            Some((key, size, unit, most)) => Err(format!("`{key}` is {size}, expected 0 to {most} {unit}")),
+            None => Ok(()),
+        }
     }
 
     /// Reads profiles from the text of a file; `path` is for messages.
@@ -98,32 +142,7 @@ impl Profile {
             .map_err(|error| refuse(error.span().map_or(0, |span| span.start), error.message().to_owned()))?;
         for (index, spanned) in file.profile.iter().enumerate() {
             let (offset, profile) = (spanned.span().start, spanned.as_ref());
-            let rates = [
-                ("spurious", profile.spurious),
-                ("missing", profile.missing),
-                ("pause.rate", profile.pause.rate),
-                ("stop_early", profile.stop_early),
-            ];
-            for (key, rate) in rates {
-                if !(0.0..=1.0).contains(&rate) {
-                    let problem = format!("profile `{}`: `{key}` is {rate}, expected a rate from 0 to 1", profile.name);
-                    return Err(refuse(offset, problem));
-                }
-            }
-            let sizes = [
-                ("contact.position", profile.contact.position),
-                ("contact.rotation", profile.contact.rotation),
-                ("free.position", profile.free.position),
-                ("free.rotation", profile.free.rotation),
-                ("pause.seconds", profile.pause.seconds),
-            ];
-            for (key, size) in sizes {
-                if !(size.is_finite() && size >= 0.0) {
-                    let problem =
-                        format!("profile `{}`: `{key}` is {size}, expected a finite number, 0 or more", profile.name);
-                    return Err(refuse(offset, problem));
-                }
-            }
+            profile.check().map_err(|problem| refuse(offset, format!("profile `{}`: {problem}", profile.name)))?;
             if file.profile[..index].iter().any(|other| other.as_ref().name == profile.name) {
                 return Err(refuse(offset, format!("profile `{}` appears twice, expected unique names", profile.name)));
             }
@@ -140,4 +159,10 @@ impl Profile {
             std::fs::read_to_string(path).map_err(|source| TeacherError::Read { path: path.to_owned(), source })?;
         Self::parse(&text, path)
     }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    profile: Vec<Spanned<Profile>>,
 }

@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use situ::demonstration::{Demonstration, Keyframe, Kind, Schema};
+use situ::demonstration::{Demonstration, Keyframe, Kind, Pose, Schema};
 use situ_tasks::{Episode, MotionEnd, Setting, Skill, World};
 
 use crate::convert::{observe, observed_gripper};
 use crate::error::TeacherError;
-use crate::mistakes::{Mistakes, Tally, displaced, half_way};
+use crate::mistakes::{Mistake, Mistakes, Onset, corners, displaced, half_way, onset};
 use crate::profile::Profile;
+use crate::tally::Tally;
 
 /// What a demonstration cost its teacher.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -56,6 +57,11 @@ impl Teacher {
         &self.profile
     }
 
+    /// When this teacher steps in at the correction of this seed.
+    pub fn onset(&self, seed: u64) -> Onset {
+        onset(&self.profile, seed)
+    }
+
     /// Demonstrates from where the episode stands, until the goal is met (or, in a correction, until the robot knows how to
     /// go on, where the draw says that this teacher stops there). `observer` sees every simulated step.
     ///
@@ -71,7 +77,7 @@ impl Teacher {
         observer: &mut dyn FnMut(&World),
     ) -> Result<Shown, TeacherError> {
         let mut mistakes = Mistakes::new(&self.profile, seed);
-        let stops_early = mistakes.stops_early() && kind == Kind::Corrective;
+        let stops_early = mistakes.stops_early(kind == Kind::Corrective);
         let setting = episode.setting().clone();
         let (seconds, metres) = (episode.seconds(), episode.path());
         let mut recorder = Recorder { keyframes: Vec::new(), before: observe(episode) };
@@ -86,8 +92,9 @@ impl Teacher {
             }
             let events = episode.events_fired();
             clean &= perform(&skill, episode, &mut mistakes, &mut recorder, observer)?;
-            // What somebody else did is not the teacher's slip: the program goes on from there.
-            clean &= episode.holds(&skill.until) || episode.events_fired() > events;
+            // What somebody else did is not the teacher's slip, nor is a skill that has to be done again by its nature (a drawer
+            // that opens half-way): the program goes on from there.
+            clean &= episode.holds(&skill.until) || episode.events_fired() > events || setting.repeats(&skill.name);
             skills.push(skill.name.clone());
             if !clean {
                 // A person who sees that it went wrong stops, and begins again.
@@ -122,24 +129,25 @@ fn known(skill: &Skill, setting: &Setting) -> bool {
         .any(|original| original.reference == skill.reference && original.keyframes == skill.keyframes)
 }
 
+/// What is written down.
 struct Recorder {
     keyframes: Vec<Keyframe>,
     /// The world before the motion to the next keyframe: as the last *recorded* one left it (decision D0).
     before: situ::demonstration::State,
 }
 
+/// The reference object that the teacher names, and its frame at the beginning of the skill.
+struct Named {
+    object: Arc<str>,
+    frame: Pose,
+}
+
 impl Recorder {
-    fn record(
-        &mut self,
-        episode: &Episode,
-        reference: &Arc<str>,
-        reference_pose: situ::demonstration::Pose,
-        hold: f64,
-    ) {
+    fn record(&mut self, episode: &Episode, named: &Named, hold: f64) {
         let after = observe(episode);
         self.keyframes.push(Keyframe {
-            reference: reference.clone(),
-            reference_pose,
+            reference: named.object.clone(),
+            reference_pose: named.frame,
             gripper_pose: episode.world().tcp(),
             gripper: observed_gripper(episode.world().gripper()),
             hold,
@@ -148,7 +156,7 @@ impl Recorder {
     }
 }
 
-/// Performs one skill. Returns whether every keyframe was reached.
+/// Performs one skill. Returns whether no motion was aborted.
 fn perform(
     skill: &Skill,
     episode: &mut Episode,
@@ -156,32 +164,67 @@ fn perform(
     recorder: &mut Recorder,
     observer: &mut dyn FnMut(&World),
 ) -> Result<bool, TeacherError> {
-    let reference: Arc<str> = skill.reference.as_str().into();
     let frame = episode
         .reference_pose(&skill.reference)
         .ok_or_else(|| TeacherError::NoReference { skill: skill.name.clone(), reference: skill.reference.clone() })?;
+    let slip = mistakes.next_skill();
+    let right = || Named { object: skill.reference.as_str().into(), frame };
+    let named = slip.wrong_reference.and_then(|which| another(episode, &skill.reference, which)).unwrap_or_else(right);
     for (index, keyframe) in skill.keyframes.iter().enumerate() {
         let mistake = mistakes.next(keyframe.contact, keyframe.gripper.is_some());
-        let target = displaced(&(frame * keyframe.pose), &mistake.offset);
-        if let Some(error) = mistake.spurious {
-            let needless = displaced(&half_way(&episode.world().tcp(), &target), &error);
-            if matches!(episode.perform(&needless, None, 0.0, observer), MotionEnd::Aborted { .. }) {
+        let mut aligned = frame * keyframe.pose;
+        aligned.rotation *= slip.turn;
+        let target = displaced(&aligned, &mistake.offset);
+        for needless in on_the_way(episode, &target, &mistake) {
+            if is_over(episode.perform(&needless, None, 0.0, observer)) {
                 return Ok(false);
             }
-            recorder.record(episode, &reference, frame, 0.0);
+            recorder.record(episode, &named, 0.0);
         }
         let hold = keyframe.hold + mistake.pause;
-        let end = episode.perform(&target, keyframe.gripper, hold, observer);
-        let aborted = matches!(end, MotionEnd::Aborted { .. });
-        if !aborted {
+        let over = is_over(episode.perform(&target, keyframe.gripper, hold, observer));
+        if !over {
             episode.reached_keyframe(&skill.reference, index);
         }
         if !mistake.missing {
-            recorder.record(episode, &reference, frame, hold);
+            recorder.record(episode, &named, hold);
         }
-        if aborted || !episode.is_sound() {
+        if over || !episode.is_sound() {
             return Ok(false);
         }
     }
     Ok(true)
+}
+
+/// Whether a motion that ended so ends the skill.
+fn is_over(end: MotionEnd) -> bool {
+    matches!(end, MotionEnd::Aborted { .. })
+}
+
+/// The keyframes that a teacher gives on the way to the target and need not give.
+fn on_the_way(episode: &Episode, target: &Pose, mistake: &Mistake) -> Vec<Pose> {
+    let start = episode.world().tcp();
+    let middle = half_way(&start, target);
+    let detour = mistake.detour.map(|way| {
+        let mut out = middle;
+        out.translation.vector += way;
+        out
+    });
+    let mut needless: Vec<Pose> = detour.into_iter().collect();
+    needless.extend(mistake.spurious.as_ref().map(|error| displaced(&middle, error)));
+    if mistake.one_axis {
+        let from = needless.last().copied().unwrap_or(start);
+        needless.extend(corners(&from, target));
+    }
+    needless
+}
+
+/// Another object of the scene, named by mistake; `which` is its place among the others, from 0 to 1. None in a scene of one object.
+fn another(episode: &Episode, right: &str, which: f64) -> Option<Named> {
+    let others = episode.setting().objects.iter().map(|placed| placed.body.name.as_str()).filter(|name| *name != right);
+    let others: Vec<Named> = others
+        .filter_map(|name| episode.reference_pose(name).map(|frame| Named { object: name.into(), frame }))
+        .collect();
+    let place = (which * others.len() as f64) as usize;
+    others.into_iter().nth(place)
 }

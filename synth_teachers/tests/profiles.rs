@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use situ_teachers::{Noise, Pause, Profile, TeacherError};
+use situ_teachers::{Detour, Noise, Pause, Profile, Roster, TeacherError, Way};
 
 const FILE: &str = "teachers/mine.toml";
 
@@ -26,35 +26,51 @@ fn refused(text: &str) -> (usize, String) {
 }
 
 #[test]
-fn the_profiles_of_the_crate_are_read() {
-    let profiles = Profile::builtin().unwrap();
-    let names: Vec<&str> = profiles.iter().map(|profile| profile.name.as_str()).collect();
-    assert_eq!(names, ["expert", "novice"]);
-    assert!(profiles.iter().all(|profile| !profile.analysis.is_empty()));
-    let expert = &profiles[0];
-    assert_eq!((expert.contact, expert.free, expert.pause), Default::default());
-    assert_eq!((expert.spurious, expert.missing, expert.stop_early), (0.0, 0.0, 0.0));
-    let novice = &profiles[1];
+fn the_profiles_of_the_crate_are_an_expert_a_novice_and_one_for_each_way_of_erring() {
+    let roster = Roster::builtin().unwrap();
+    assert!(roster.profiles().iter().all(|profile| !profile.analysis.is_empty()));
+    let expert = roster.get("expert").unwrap();
+    assert_eq!((expert.contact, expert.free), Default::default());
+    assert!(Way::ALL.iter().all(|way| way.rate(expert) == 0.0));
+    let novice = roster.get("novice").unwrap();
     assert_eq!(novice.contact, Noise { position: 0.005, rotation: 2.0 });
     assert_eq!(novice.pause, Pause { rate: 0.1, seconds: 1.0 });
-    assert_eq!(*novice, Profile::named("novice").unwrap());
-    let message = Profile::named("nobody").unwrap_err().to_string();
-    assert!(message.contains("`nobody`") && message.contains("expert, novice"), "{message}");
+    for way in Way::ALL {
+        let alone = roster.profiles().iter().find(|profile| {
+            way.rate(profile) > 0.0 && Way::ALL.iter().all(|other| *other == way || other.rate(profile) == 0.0)
+        });
+        assert!(alone.is_some(), "nobody errs in `{}` alone", way.name());
+    }
+    let message = roster.get("nobody").unwrap_err().to_string();
+    assert!(message.contains("`nobody`") && message.contains("expert, novice, "), "{message}");
+}
+
+#[test]
+fn a_file_adds_teachers_of_other_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.toml");
+    std::fs::write(&path, file("detour = { rate = 0.5, reach = 0.2 }")).unwrap();
+    let roster = Roster::builtin().unwrap().with_file(&path).unwrap();
+    assert_eq!(roster.get("other").unwrap().detour, Detour { rate: 0.5, reach: 0.2 });
+    assert_eq!(roster.profiles().len(), Roster::builtin().unwrap().profiles().len() + 2);
+    match roster.with_file(&path) {
+        Err(TeacherError::DuplicateProfile { path: named, name }) => assert_eq!((named, &*name), (path, "careful")),
+        other => panic!("{other:?}"),
+    }
 }
 
 #[test]
 fn a_file_is_read_and_what_it_leaves_out_is_nothing() {
-    let folder = std::env::temp_dir().join(format!("situ-teachers-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    let path = folder.join("mine.toml");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.toml");
     std::fs::write(&path, file("missing = 1.0")).unwrap();
     let profiles = Profile::load(&path).unwrap();
-    std::fs::remove_dir_all(&folder).unwrap();
     assert_eq!(profiles.len(), 2);
     assert_eq!(profiles[0].contact, Noise { position: 0.001, rotation: 0.0 });
     assert_eq!((profiles[1].missing, profiles[1].spurious), (1.0, 0.0));
-    match Profile::load(&path) {
-        Err(TeacherError::Read { path: named, .. }) => assert_eq!(named, path),
+    let nowhere = folder.path().join("nowhere.toml");
+    match Profile::load(&nowhere) {
+        Err(TeacherError::Read { path: named, .. }) => assert_eq!(named, nowhere),
         other => panic!("{other:?}"),
     }
 }
@@ -68,10 +84,14 @@ fn mistakes_are_named_with_file_and_line() {
         ("spurious = \"often\"", 11, "string"),
         ("missing = 1.5", 8, "`missing` is 1.5, expected a rate from 0 to 1"),
         ("spurious = -0.1", 8, "`spurious` is -0.1"),
-        ("stop_early = nan", 8, "`stop_early` is NaN"),
+        ("stops_early = nan", 8, "`stops_early` is NaN"),
+        ("wrong_reference = 2", 8, "`wrong_reference` is 2"),
+        ("detour = { rate = 0.1, reach = 3.0 }", 8, "`detour.reach` is 3, expected 0 to 1 metres"),
+        ("misaligned = { rate = -1.0, turn = 15.0 }", 8, "`misaligned.rate` is -1"),
+        ("begins_early = 0.6\nbegins_late = 0.5", 8, "1.1 together, expected at most 1"),
         ("pause = { rate = 2.0, seconds = 1.0 }", 8, "`pause.rate` is 2"),
         ("pause = { rate = 0.1, seconds = -1.0 }", 8, "`pause.seconds` is -1"),
-        ("contact = { position = -0.01 }", 8, "`contact.position` is -0.01, expected a finite number, 0 or more"),
+        ("contact = { position = -0.01 }", 8, "`contact.position` is -0.01, expected 0 to 1 metres"),
         ("free = { rotation = inf }", 8, "`free.rotation` is inf"),
     ];
     for (second, expected, names) in cases {

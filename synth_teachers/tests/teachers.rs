@@ -6,7 +6,7 @@ use situ::demonstration::{Kind, State};
 use situ_tasks::script::{self, Ending};
 use situ_tasks::{Episode, EpisodeSnapshot, Registry, Setting, World};
 use situ_teachers::convert::{observe, schema};
-use situ_teachers::{Profile, Shown, Teacher};
+use situ_teachers::{Count, Detour, Misaligned, Profile, Roster, Shown, Teacher, Way};
 
 fn setting(task: &str, variation: Option<&str>) -> Arc<Setting> {
     Registry::builtin().unwrap().get(task).unwrap().variation(variation).unwrap()
@@ -17,8 +17,12 @@ fn demonstrate(profile: Profile, kind: Kind, episode: &mut Episode, seed: u64, s
     Teacher::new(profile).demonstrate("shown", kind, &schema, episode, seed, see).unwrap()
 }
 
+fn named(name: &str) -> Profile {
+    Roster::builtin().unwrap().get(name).unwrap().clone()
+}
+
 fn expert() -> Profile {
-    Profile::named("expert").unwrap()
+    named("expert")
 }
 
 /// Every number of a world, as bits.
@@ -44,9 +48,15 @@ fn way(run: impl FnOnce(&mut dyn FnMut(&World))) -> Vec<[u64; 4]> {
 
 #[test]
 fn an_expert_is_the_script_bit_for_bit() {
-    for (task, variation) in
-        [("sort_blocks", None), ("sort_blocks", Some("cover")), ("pour", None), ("pour", Some("lid"))]
-    {
+    // The last of them performs one skill twice, the first time to no good end: that is no slip.
+    let settings = [
+        ("sort_blocks", None),
+        ("sort_blocks", Some("cover")),
+        ("pour", None),
+        ("pour", Some("lid")),
+        ("drawer", Some("stiff")),
+    ];
+    for (task, variation) in settings {
         let setting = setting(task, variation);
         let label = setting.label();
         let mut scripted = Episode::start(&setting, 3).unwrap();
@@ -111,7 +121,7 @@ fn a_correction_begins_where_the_robot_failed_and_ends_where_its_teacher_stops()
     assert_eq!(bits(after.world()), end);
 
     // One who stops as soon as the robot knows how to go on shows the first skill alone, and no end.
-    let (early, _) = correct(Profile { stop_early: 1.0, ..expert() });
+    let (early, _) = correct(Profile { stops_early: 1.0, ..expert() });
     let shorter = early.demonstration.unwrap();
     assert_eq!((early.clean, early.skills.as_slice()), (true, &["pick_red_1".to_owned()][..]));
     assert_eq!((shorter.kind(), shorter.carried_to_end()), (Kind::Corrective, false));
@@ -123,7 +133,7 @@ fn a_correction_begins_where_the_robot_failed_and_ends_where_its_teacher_stops()
 fn a_seed_is_a_demonstration() {
     let snapshot = failed();
     // Every mistake at once; one skill is enough to see it.
-    let clumsy = Profile { spurious: 0.5, missing: 0.5, stop_early: 1.0, ..Profile::named("novice").unwrap() };
+    let clumsy = Profile { spurious: 0.5, missing: 0.5, stops_early: 1.0, ..named("novice") };
     let show = |seed| {
         let mut episode = Episode::restore(&snapshot);
         demonstrate(clumsy.clone(), Kind::Corrective, &mut episode, seed, &mut |_| ())
@@ -133,8 +143,58 @@ fn a_seed_is_a_demonstration() {
     assert_eq!((one.effort, one.tally, &one.skills), (again.effort, again.tally, &again.skills));
     assert_ne!(one.demonstration, other.demonstration);
     for shown in [one, other] {
-        let recorded = shown.tally.keyframes + shown.tally.spurious - shown.tally.missing;
+        let happened = |way| shown.tally.of(way).happened;
+        let recorded = shown.tally.of(Way::Spurious).chances + happened(Way::Spurious) - happened(Way::Missing);
         assert_eq!(shown.demonstration.unwrap().keyframes().len() as u32, recorded);
         assert_eq!(shown.effort.keyframes, recorded);
+    }
+}
+
+/// What each way of erring leaves in the demonstration of one pick: three keyframes on `red_1`.
+#[test]
+fn each_way_of_erring_is_seen_in_the_demonstration() {
+    let snapshot = failed();
+    let show = |profile: Profile| {
+        let mut episode = Episode::restore(&snapshot);
+        let brief = Profile { stops_early: 1.0, ..profile };
+        demonstrate(brief, Kind::Corrective, &mut episode, 1, &mut |_| ())
+    };
+    let expert = show(expert());
+    let right = expert.demonstration.unwrap();
+    let poses = |shown: &Shown| -> Vec<_> {
+        shown.demonstration.iter().flat_map(|shown| shown.keyframes()).map(|keyframe| keyframe.gripper_pose).collect()
+    };
+    let always = Count { happened: 3, chances: 3 };
+
+    let explorer = show(Profile { detour: Detour { rate: 1.0, reach: 0.1 }, ..named("expert") });
+    assert!(explorer.clean && explorer.tally.of(Way::Detour) == always);
+    assert_eq!(explorer.effort.keyframes, 6, "each keyframe has an excursion before it");
+    assert!(explorer.effort.metres > expert.effort.metres + 0.3, "{} m", explorer.effort.metres);
+
+    let axiswise = show(Profile { one_axis: 1.0, ..named("expert") });
+    assert!(axiswise.clean && axiswise.tally.of(Way::OneAxis) == always);
+    let seen = poses(&axiswise);
+    assert!(seen.len() > 3);
+    for pair in seen.windows(2) {
+        let way = (pair[1].translation.vector - pair[0].translation.vector).abs();
+        assert!(way.iter().filter(|axis| **axis > 0.011).count() <= 1, "{way:?}: one axis at a time");
+    }
+
+    let misaligned = show(Profile { misaligned: Misaligned { rate: 1.0, turn: 15.0 }, ..named("expert") });
+    assert!(misaligned.clean && misaligned.tally.of(Way::Misaligned) == Count { happened: 1, chances: 1 });
+    for (turned, straight) in poses(&misaligned).iter().zip(right.keyframes()) {
+        let turn = turned.rotation.angle_to(&straight.gripper_pose.rotation).to_degrees();
+        assert!((turn - 15.0).abs() < 0.1, "{turn}");
+    }
+
+    let misnaming = show(Profile { wrong_reference: 1.0, ..named("expert") });
+    assert!(misnaming.clean && misnaming.tally.of(Way::WrongReference).happened == 1);
+    let misnamed = misnaming.demonstration.unwrap();
+    let world = Episode::restore(&snapshot);
+    for (wrong, right) in misnamed.keyframes().iter().zip(right.keyframes()) {
+        assert_ne!(wrong.reference, right.reference);
+        assert_eq!(wrong.reference, misnamed.keyframes()[0].reference, "one name a skill");
+        assert_eq!(Some(wrong.reference_pose), world.reference_pose(&wrong.reference), "that object's own frame");
+        assert_eq!(wrong.gripper_pose, right.gripper_pose, "the hand does the right thing");
     }
 }

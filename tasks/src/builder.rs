@@ -1,5 +1,7 @@
 //! From a task file as written to checked settings; every mistake is reported at its key.
 
+mod joint;
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use situ_sim::{Beads, Gripper, MAX_OPENING, MAX_SQUEEZE, Magnet, Pose, World, pose_at, rotation_about};
@@ -7,15 +9,16 @@ use situ_sim::{Beads, Gripper, MAX_OPENING, MAX_SQUEEZE, Magnet, Pose, World, po
 use crate::error::TaskError;
 use crate::feature::{Observable, Schema};
 use crate::file::{
-    BeadsFile, EventFile, InterventionFile, KeyframeFile, MagnetFile, ObjectFile, ShapeFile, SkillFile, StartFile,
-    TaskFile, VariationFile,
+    BeadsFile, EventFile, InterventionFile, JointFile, KeyframeFile, MagnetFile, ObjectFile, ShapeFile, SkillFile,
+    StartFile, TaskFile, VariationFile,
 };
 use crate::key::{Document, Key};
 use crate::predicate::{GRIPPER, Predicate, Role};
-use crate::setting::{Edit, Event, HandStart, Intervention, Placed, Setting, Start};
+use crate::sequence::Sequence;
+use crate::setting::{Edit, Event, HandStart, Happening, Intervention, Placed, Setting, Start};
 use crate::shape::{self, Sizes};
 use crate::skill::{Keyframe, Skill};
-use crate::start::BORDER;
+use crate::start::{self, BORDER};
 
 /// Names that mean something else where objects and skills are named.
 const RESERVED: [&str; 6] = [GRIPPER, "table", "hand", BORDER, "start", "end"];
@@ -29,9 +32,10 @@ pub(crate) struct Builder<'a> {
     pub(crate) file: &'a TaskFile,
 }
 
-/// The objects of a setting, as far as names are concerned: containers, and whether there are beads.
+/// The objects of a setting, as far as names are concerned: containers, what slides, and whether there are beads.
 struct Names {
     objects: BTreeMap<String, bool>,
+    sliding: BTreeSet<String>,
     beads: bool,
 }
 
@@ -54,14 +58,48 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
+    /// The sequences of variations.
+    pub(crate) fn sequences(&self) -> Result<Vec<Sequence>, TaskError> {
+        let mut seen = BTreeSet::new();
+        let mut sequences = Vec::new();
+        for (key, file) in located(&Key::default(), "sequence", &self.file.sequence) {
+            self.check_word(&key.field("name"), &file.name)?;
+            if !seen.insert(&file.name) {
+                let expected = format!("the sequence `{}` exists already; expected another name", file.name);
+                return self.wrong(&key.field("name"), expected);
+            }
+            if file.variations.len() < 2 {
+                return self.wrong(&key.field("variations"), "expected at least two variations");
+            }
+            for (i, name) in file.variations.iter().enumerate() {
+                let key = key.field("variations").index(i);
+                if !self.file.variation.iter().any(|variation| &variation.name == name) {
+                    let known = self.file.variation.iter().map(|variation| variation.name.as_str()).collect::<Vec<_>>();
+                    let expected = format!("there is no variation `{name}`; expected one of {}", known.join(", "));
+                    return self.wrong(&key, expected);
+                }
+                if file.variations[..i].contains(name) {
+                    return self
+                        .wrong(&key, format!("`{name}` is in the sequence already; expected each variation once"));
+                }
+            }
+            let analysis = file.analysis.trim().to_owned();
+            sequences.push(Sequence { name: file.name.clone(), analysis, variations: file.variations.clone() });
+        }
+        Ok(sequences)
+    }
+
     /// The features of the family: names may belong to the original or to any variation.
     pub(crate) fn schema(&self) -> Result<Schema, TaskError> {
         let root = Key::default();
-        let mut all = self.names(&located(&root, "object", &self.file.object), self.file.beads.is_some());
+        let mut all =
+            self.names(&located(&root, "object", &self.file.object), &self.file.joint, self.file.beads.is_some());
         for (i, variation) in self.file.variation.iter().enumerate() {
             let key = root.field("variation").index(i);
-            let more = self.names(&located(&key, "object", &variation.object), variation.beads.is_some());
+            let more =
+                self.names(&located(&key, "object", &variation.object), &variation.joint, variation.beads.is_some());
             all.objects.extend(more.objects);
+            all.sliding.extend(more.sliding);
             all.beads |= more.beads;
         }
         let mut observables = Vec::new();
@@ -98,8 +136,13 @@ impl<'a> Builder<'a> {
         let objects =
             self.merged(located(&root, "object", &file.object), &patch, "object", |v| &v.object, |o| &o.name, false)?;
         let beads = variation.and_then(|v| v.beads.as_ref()).or(file.beads.as_ref());
-        let names = self.names(&objects, beads.is_some());
+        let joint_files = self.merged_joints(&patch)?;
+        let names = self.names(&objects, joint_files.iter().map(|(_, joint)| *joint), beads.is_some());
         let (placed, sizes) = self.objects(&objects)?;
+        let mut joints = Vec::new();
+        for (key, joint) in joint_files {
+            joints.push(self.joint(&key, joint, &placed, &names)?);
+        }
         let beads_key = list(root.field("beads"), patched_key(variation.is_some_and(|v| v.beads.is_some()), "beads"));
         let beads = beads.map(|beads| self.beads(&beads_key, beads, &names)).transpose()?;
 
@@ -130,8 +173,10 @@ impl<'a> Builder<'a> {
         );
         let time_limit = variation.and_then(|v| v.time_limit).unwrap_or(file.time_limit);
         self.check_positive(&limit_key, time_limit)?;
+        let guard = self.guard(&root)?;
         let gripper_key = root.field("gripper").field("open");
         self.check_opening(&gripper_key, file.gripper.open)?;
+        self.check_positive(&root.field("gripper").field("at").index(2), file.gripper.at[2])?;
 
         let setting = Setting {
             task: file.name.clone(),
@@ -143,6 +188,7 @@ impl<'a> Builder<'a> {
             goal: self.predicate(&goal_key, goal, &names)?,
             objects: placed,
             beads,
+            joints,
             magnets,
             events,
             skills,
@@ -150,13 +196,36 @@ impl<'a> Builder<'a> {
             schema: schema.clone(),
             interventions,
             time_limit,
+            guard,
+            solver_iterations: file.solver_iterations,
             hand: HandStart { at: file.gripper.at, open: file.gripper.open },
             sizes,
         };
         if let Some((key, variation)) = &patch {
             self.check_edit(key, variation, &setting)?;
         }
+        self.check_starts(&objects, &setting)?;
         Ok(setting)
+    }
+
+    /// Whether the objects find places that are apart, in a few draws; an episode whose start does not is refused when it comes.
+    fn check_starts(&self, files: &Located<'_, ObjectFile>, setting: &Setting) -> Result<(), TaskError> {
+        /// Draws: regions that overlap by a quarter or more are found nine times in ten.
+        const DRAWS: u64 = 8;
+        for seed in 0..DRAWS {
+            let wrong = match start::check_places(setting, seed) {
+                Ok(()) => continue,
+                Err(error) => error,
+            };
+            let (TaskError::Overlap { second: object, .. } | TaskError::Crowded { object, .. }) = &wrong else {
+                return Err(wrong);
+            };
+            let of = |name: &str| files.iter().find(|(_, file)| file.name == *name).map(|(key, _)| key);
+            // The hand is placed by the file, too.
+            let key = of(object).map_or_else(|| Key::default().field("gripper").field("at"), |key| key.field("start"));
+            return self.wrong(&key, wrong.to_string());
+        }
+        Ok(())
     }
 
     /// Whether what a variation changes agrees with the edit that it declares.
@@ -241,12 +310,18 @@ impl<'a> Builder<'a> {
         self.merged(base, patch, "skill", |v| &v.skill, |s| &s.name, true)
     }
 
-    fn names(&self, objects: &Located<'_, ObjectFile>, beads: bool) -> Names {
+    fn names<'j>(
+        &self,
+        objects: &Located<'_, ObjectFile>,
+        joints: impl IntoIterator<Item = &'j JointFile>,
+        beads: bool,
+    ) -> Names {
         let objects = objects.iter().map(|(_, object)| {
             let (body, _) = shape::body(object);
             (object.name.clone(), body.container.is_some())
         });
-        Names { objects: objects.collect(), beads }
+        let sliding = joints.into_iter().map(|joint| joint.object.clone());
+        Names { objects: objects.collect(), sliding: sliding.collect(), beads }
     }
 
     fn objects(&self, files: &Located<'_, ObjectFile>) -> Result<(Vec<Placed>, Sizes), TaskError> {
@@ -382,8 +457,8 @@ impl<'a> Builder<'a> {
     fn event(&self, key: &Key, file: &EventFile, names: &Names, skills: &[Skill]) -> Result<Event, TaskError> {
         let after = key.field("after");
         self.check_name(&after.field("reference"), &file.after.reference, Role::Object, names)?;
-        self.check_name(&key.field("push"), &file.push, Role::Object, names)?;
         self.check_positive(&key.field("seconds"), file.seconds)?;
+        let happening = self.happening(key, file, names)?;
         let about = skills.iter().filter(|skill| skill.reference == file.after.reference);
         let most = about.map(|skill| skill.keyframes.len()).max().unwrap_or(0);
         if file.after.keyframe >= most {
@@ -397,10 +472,28 @@ impl<'a> Builder<'a> {
             name: file.name.clone(),
             reference: file.after.reference.clone(),
             keyframe: file.after.keyframe,
-            push: file.push.clone(),
-            by: file.by,
+            happening,
             seconds: file.seconds,
         })
+    }
+
+    /// Either a push with its displacement or a drop.
+    fn happening(&self, key: &Key, file: &EventFile, names: &Names) -> Result<Happening, TaskError> {
+        for (field, name) in [("push", &file.push), ("drop", &file.drop)] {
+            if let Some(name) = name {
+                self.check_name(&key.field(field), name, Role::Object, names)?;
+            }
+        }
+        match (&file.push, file.by, &file.drop) {
+            (Some(object), Some(by), None) => Ok(Happening::Push { object: object.clone(), by }),
+            (None, None, Some(object)) => Ok(Happening::Drop { object: object.clone() }),
+            (Some(_), _, Some(_)) => self.wrong(&key.field("drop"), "expected either `push` or `drop`, not both"),
+            (Some(_), None, None) => {
+                self.wrong(&key.field("push"), "expected `by`, how far it is pushed, beside `push`")
+            }
+            (None, Some(_), _) => self.wrong(&key.field("by"), "expected `by` only beside `push`"),
+            (None, None, None) => self.wrong(key, "expected what happens: `push` with `by`, or `drop`"),
+        }
     }
 
     fn intervention(&self, key: &Key, file: &InterventionFile, names: &Names) -> Result<Intervention, TaskError> {
@@ -457,8 +550,11 @@ impl Names {
         match (self.objects.get(name), role) {
             (None, Role::Point) if name == GRIPPER => None,
             (None, _) => Some(format!("there is no object `{name}`; expected one of {}", known())),
+            (Some(_), Role::Sliding) if !self.sliding.contains(name) => {
+                Some(format!("`{name}` does not slide; expected the object of a `[[joint]]`"))
+            }
             (Some(false), Role::Container | Role::Filled) => {
-                Some(format!("`{name}` is no container; expected a cup or a bin"))
+                Some(format!("`{name}` is no container; expected a cup, a bin or a drawer"))
             }
             (Some(_), Role::Filled) if !self.beads => {
                 Some(format!("nothing can be in `{name}`, for there are no beads; expected `[beads]`"))

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use situ_sim::{Gripper, MotionEnd, Pose, Snapshot, World};
+use situ_sim::{Gripper, MAX_OPENING, MotionEnd, Pose, Snapshot, TABLE, World};
 
 use crate::error::TaskError;
 use crate::predicate::Predicate;
-use crate::setting::{Intervention, Moment, Setting};
+use crate::setting::{Happening, Intervention, Moment, Setting};
 use crate::skill::Skill;
 use crate::start;
 
@@ -107,17 +107,42 @@ impl Episode {
     }
 
     /// Says that the hand has reached keyframe `index` (from 0) of a primitive on `reference`; events that wait for it happen now, once.
+    ///
+    /// A push happens at its very keyframe. A drop happens there or at the first later one at which the object hangs free in the hand: a
+    /// primitive learned with a keyframe more is still interrupted in the air, and not while it closes on the table.
     pub fn reached_keyframe(&mut self, reference: &str, index: usize) {
-        for (event, fired) in self.setting.events.iter().zip(&mut self.fired) {
-            if *fired || event.reference != reference || event.keyframe != index {
+        let setting = Arc::clone(&self.setting);
+        for (k, event) in setting.events.iter().enumerate() {
+            let is_now = match &event.happening {
+                Happening::Push { .. } => index == event.keyframe,
+                Happening::Drop { object } => index >= event.keyframe && self.hangs(object),
+            };
+            if self.fired[k] || event.reference != reference || !is_now {
                 continue;
             }
-            *fired = true;
-            // Names and durations were checked with the file; a push that the physics refuses does not happen.
-            if self.world.push(&event.push, event.by, event.seconds).is_ok() {
-                self.world.settle(event.seconds);
+            self.fired[k] = true;
+            match &event.happening {
+                // Names and durations were checked with the file; a push that the physics refuses does not happen.
+                Happening::Push { object, by } => {
+                    if self.world.push(object, *by, event.seconds).is_ok() {
+                        self.world.settle(event.seconds);
+                    }
+                }
+                Happening::Drop { .. } => {
+                    let command = self.world.gripper();
+                    self.world.command(Gripper::Open(MAX_OPENING));
+                    self.world.settle(event.seconds);
+                    self.world.command(command);
+                    self.world.settle(GRIP_SECONDS);
+                }
             }
         }
+    }
+
+    /// Whether an object is held and touches nothing but the hand.
+    fn hangs(&self, object: &str) -> bool {
+        let mut others = self.world.objects().chain([TABLE]);
+        self.holds(&Predicate::Held(object.to_owned())) && !others.any(|other| self.world.touching(object, other))
     }
 
     /// How many of the setting's events have happened.

@@ -66,6 +66,22 @@ pub enum TaskError {
         /// How many places were tried.
         tries: usize,
     },
+    /// Two things start inside each other.
+    #[error(
+        "task {task}, seed {seed}: `{first}` and `{second}` start {millimetres:.1} mm inside each other; expected regions that keep them apart, or `apart`"
+    )]
+    Overlap {
+        /// Task and variation.
+        task: String,
+        /// The seed of the episode.
+        seed: u64,
+        /// One of the two; `table` and `hand` are names, too.
+        first: String,
+        /// The other, which was placed later.
+        second: String,
+        /// How deep.
+        millimetres: f64,
+    },
     /// After settling, the start conditions that the file declares do not hold.
     #[error("task {task}, seed {seed}: after settling, the premise `{condition}` does not hold")]
     Premise {

@@ -13,6 +13,8 @@ pub const FILL_SCALE: f64 = 0.3;
 pub const TILT_SCALE: f64 = 0.5;
 /// Scale of the gripper's opening, in metres: half of its stroke rounded up (D16 says 0.5 for the opening as a fraction).
 pub const OPENING_SCALE: f64 = 0.05;
+/// Scale of the values of joints, in metres: a button travels less, a drawer more.
+pub const JOINT_SCALE: f64 = 0.05;
 /// Scale of `seen`, which is 0 or 1.
 pub const SEEN_SCALE: f64 = 1.0;
 
@@ -46,6 +48,8 @@ pub(crate) enum Observable {
     Tilt(String),
     /// `fill(c)`: fraction of all beads in the container; 0 where it is not there.
     Fill(String),
+    /// `joint(a)`: metres that the object has slid from the start of its range; 0 where it is not there.
+    Joint(String),
     /// `seen(a)`: 1 where the object is there, else 0.
     Seen(String),
 }
@@ -61,11 +65,12 @@ impl Observable {
             ("distance", [Name(a), Name(b)]) => Observable::Distance(a.clone(), b.clone()),
             ("tilt", [Name(a)]) => Observable::Tilt(a.clone()),
             ("fill", [Name(c)]) => Observable::Fill(c.clone()),
+            ("joint", [Name(a)]) => Observable::Joint(a.clone()),
             ("seen", [Name(a)]) => Observable::Seen(a.clone()),
             (word, _) => {
                 return Err(format!(
                     "unknown feature `{word}` or wrong arguments; expected one of opening(), offset(a, b), distance(a, b), \
-                     tilt(a), fill(container), seen(a)"
+                     tilt(a), fill(container), joint(a), seen(a)"
                 ));
             }
         })
@@ -81,6 +86,7 @@ impl Observable {
             }
             Observable::Tilt(a) | Observable::Seen(a) => visit(a, Role::Object),
             Observable::Fill(c) => visit(c, Role::Filled),
+            Observable::Joint(a) => visit(a, Role::Sliding),
         }
     }
 
@@ -94,6 +100,7 @@ impl Observable {
             Observable::Distance(a, b) => one(format!("distance({a}, {b})"), LENGTH_SCALE),
             Observable::Tilt(a) => one(format!("tilt({a})"), TILT_SCALE),
             Observable::Fill(c) => one(format!("fill({c})"), FILL_SCALE),
+            Observable::Joint(a) => one(format!("joint({a})"), JOINT_SCALE),
             Observable::Seen(a) => one(format!("seen({a})"), SEEN_SCALE),
         }
     }
@@ -108,6 +115,7 @@ impl Observable {
             }
             Observable::Tilt(a) => values.push(predicate::tilt(world, a).unwrap_or(0.0)),
             Observable::Fill(c) => values.push(predicate::fill(world, c).unwrap_or(0.0)),
+            Observable::Joint(a) => values.push(world.joint_value(a).unwrap_or(0.0)),
             Observable::Seen(a) => values.push(if world.pose(a).is_some() { 1.0 } else { 0.0 }),
         }
     }

@@ -17,8 +17,14 @@ pub(crate) struct TaskFile {
     pub(crate) goal: String,
     pub(crate) observe: Vec<String>,
     pub(crate) gripper: GripperFile,
+    /// Forces at which a motion ends; those of the physics unless given.
+    pub(crate) guard: Option<GuardFile>,
+    /// Iterations of the physics' solver; its own number unless given.
+    pub(crate) solver_iterations: Option<usize>,
     pub(crate) beads: Option<BeadsFile>,
     pub(crate) object: Vec<ObjectFile>,
+    #[serde(default)]
+    pub(crate) joint: Vec<JointFile>,
     #[serde(default)]
     pub(crate) magnet: Vec<MagnetFile>,
     pub(crate) skill: Vec<SkillFile>,
@@ -28,6 +34,17 @@ pub(crate) struct TaskFile {
     pub(crate) intervention: Vec<InterventionFile>,
     #[serde(default)]
     pub(crate) variation: Vec<VariationFile>,
+    #[serde(default)]
+    pub(crate) sequence: Vec<SequenceFile>,
+}
+
+/// Variations that are met one after another.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SequenceFile {
+    pub(crate) name: String,
+    pub(crate) analysis: String,
+    pub(crate) variations: Vec<String>,
 }
 
 /// What a variation changes; what it does not name stays as it is.
@@ -46,6 +63,8 @@ pub(crate) struct VariationFile {
     #[serde(default)]
     pub(crate) object: Vec<ObjectFile>,
     #[serde(default)]
+    pub(crate) joint: Vec<JointFile>,
+    #[serde(default)]
     pub(crate) magnet: Vec<MagnetFile>,
     #[serde(default)]
     pub(crate) skill: Vec<SkillFile>,
@@ -61,6 +80,33 @@ pub(crate) struct VariationFile {
 pub(crate) struct GripperFile {
     pub(crate) at: [f64; 3],
     pub(crate) open: f64,
+}
+
+/// Forces at which a motion of the hand ends early.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct GuardFile {
+    pub(crate) rise: f64,
+    pub(crate) abort: f64,
+}
+
+/// An object slides along an axis of another.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct JointFile {
+    pub(crate) object: String,
+    pub(crate) parent: String,
+    /// The direction of growing values, in the parent's frame.
+    pub(crate) axis: [f64; 3],
+    pub(crate) travel: f64,
+    /// The value at the start: the object's `start` is its place at 0.
+    #[serde(default)]
+    pub(crate) value: f64,
+    pub(crate) friction: f64,
+    #[serde(default)]
+    pub(crate) damping: f64,
+    #[serde(default)]
+    pub(crate) spring: f64,
 }
 
 #[derive(Debug, Deserialize)]
@@ -156,6 +202,28 @@ pub(crate) enum ShapeFile {
     Mat {
         half: [f64; 2],
     },
+    Cabinet {
+        size: [f64; 3],
+        base: f64,
+        wall: f64,
+        density: f64,
+        friction: f64,
+    },
+    Drawer {
+        inner: [f64; 2],
+        height: f64,
+        wall: f64,
+        panel: [f64; 3],
+        fin: [f64; 3],
+        fin_z: f64,
+        density: f64,
+        friction: f64,
+    },
+    Housing {
+        half: [f64; 3],
+        density: f64,
+        friction: f64,
+    },
 }
 
 #[derive(Debug, Deserialize)]
@@ -212,8 +280,10 @@ pub(crate) struct KeyframeFile {
 pub(crate) struct EventFile {
     pub(crate) name: String,
     pub(crate) after: AfterFile,
-    pub(crate) push: String,
-    pub(crate) by: [f64; 3],
+    /// The object that is pushed, and how far; or the one that slips from the hand.
+    pub(crate) push: Option<String>,
+    pub(crate) by: Option<[f64; 3]>,
+    pub(crate) drop: Option<String>,
     pub(crate) seconds: f64,
 }
 

@@ -90,7 +90,10 @@ impl<'a> Document<'a> {
     pub(crate) fn serde_error(&self, error: &toml::de::Error) -> TaskError {
         let start = error.span().map_or(0, |span| span.start);
         let mut best = Key::default();
-        deepest_in_table(&self.tree, start, &Key::default(), &mut best);
+        // What the file as a whole lacks is at no key.
+        if error.span().is_some_and(|span| !span.is_empty()) {
+            deepest_in_table(&self.tree, start, &Key::default(), &mut best);
+        }
         self.error_at(start, best.to_string(), error.message().to_owned())
     }
 

@@ -18,10 +18,12 @@
 //! # The file
 //!
 //! Lengths are metres, angles radians, forces newtons, densities kg/m³. `[[object]]` has a `shape` (`block`, `cylinder`, `ball`, `cup`, `bin`,
-//! `lid`, `cover`, `mat`) and a `start` region; `[beads]` fills a container; `[[magnet]]` holds a lid; `observe` lists what is seen;
-//! `premise` and `goal` are conditions ([`Predicate`]); `[[skill]]` is one skill of the teacher's program; `[[event]]` happens once;
+//! `lid`, `cover`, `mat`, `cabinet`, `drawer`, `housing`) and a `start` region; `[[joint]]` lets one object slide along another; `[beads]` fills a container; `[[magnet]]` holds a lid; `observe` lists what is seen;
+//! `[guard]` says at which forces a motion ends; `premise` and `goal` are conditions ([`Predicate`]); `[[skill]]` is one skill of the teacher's program; `[[event]]` happens once (`push` with
+//! `by`, or `drop`);
 //! `[[intervention]]` is a moment at which a watching teacher stops the robot. `[[variation]]` may hold all of these but `observe`: an object
-//! or a skill of a known name replaces that one, new objects come last, new skills first, and the other lists are appended.
+//! or a skill of a known name (or a joint of an object that slides already) replaces that one, new objects come last, new skills first, and the other lists are appended.
+//! `[[sequence]]` names variations that a robot meets one after another.
 
 mod builder;
 mod episode;
@@ -33,21 +35,25 @@ mod key;
 mod predicate;
 mod registry;
 pub mod script;
+mod sequence;
 mod setting;
 mod shape;
 mod skill;
 mod start;
 mod task;
+mod trial;
 
 pub use episode::{Episode, EpisodeSnapshot, GRIP_SECONDS, RISE_FIRST};
 pub use error::TaskError;
-pub use feature::{FILL_SCALE, Feature, LENGTH_SCALE, OPENING_SCALE, SEEN_SCALE, Schema, TILT_SCALE};
-pub use predicate::{GRIPPER, HELD_FORCE, ON_SLACK, Predicate, REST_SPEED, UPRIGHT_TILT};
+pub use feature::{FILL_SCALE, Feature, JOINT_SCALE, LENGTH_SCALE, OPENING_SCALE, SEEN_SCALE, Schema, TILT_SCALE};
+pub use predicate::{GRIPPER, HELD_FORCE, ON_SLACK, PRESSED_PART, Predicate, REST_SPEED, UPRIGHT_TILT};
 pub use registry::Registry;
-pub use setting::{Edit, Event, HandStart, Intervention, Moment, Placed, Setting, Start};
+pub use sequence::Sequence;
+pub use setting::{Edit, Event, HandStart, Happening, Intervention, Moment, Placed, Setting, Start};
 pub use shape::{Size, Sizes};
 pub use skill::{Keyframe, Skill};
 pub use task::Task;
+pub use trial::{Attempt, Trial, trial};
 
 /// The words of the physics that an episode's users need, so that they need not know the physics.
 pub use situ_sim::{Gripper, MotionEnd, Pose, World};

@@ -18,6 +18,9 @@ pub const UPRIGHT_TILT: f64 = 0.3;
 pub const REST_SPEED: f64 = 0.05;
 /// How far an object's origin may be below the top of what it is on, in metres: the give of contacts and of a plug in a rim.
 pub const ON_SLACK: f64 = 0.005;
+/// A button is pressed when it is at least this part of its travel in: half-way is clear of one that was only touched, and leaves as much
+/// room for one that is not pushed to its stop.
+pub const PRESSED_PART: f64 = 0.5;
 /// The name by which conditions and features speak of the point between the finger tips (TCP).
 pub const GRIPPER: &str = "gripper";
 
@@ -40,6 +43,10 @@ pub enum Predicate {
     Near(String, String, f64),
     /// `at(a, b, metres)`: `a` has been put down at the place `b`: at most this far from it in the plane, still, and not held.
     At(String, String, f64),
+    /// `open(a, metres)`: `a` has slid at least this far from the start of its range.
+    Open(String, f64),
+    /// `pressed(a)`: `a` has slid at least [`PRESSED_PART`] of its travel.
+    Pressed(String),
     /// `not(p)`.
     Not(Box<Predicate>),
     /// `all(p, …)`; `all()` always holds.
@@ -50,7 +57,7 @@ pub enum Predicate {
 
 /// The words of the vocabulary, with their arguments, for messages.
 const WORDS: &str = "held(a), on(a, b), inside(a, b), filled(c, fraction), upright(a[, radians]), near(a, b, metres), \
-                     at(a, b, metres), not(p), all(p, …), any(p, …)";
+                     at(a, b, metres), open(a, metres), pressed(a), not(p), all(p, …), any(p, …)";
 
 impl Predicate {
     /// Reads a condition. The error says what was expected.
@@ -80,6 +87,10 @@ impl Predicate {
             ("near", _) => return Err(wrong("near(a, b, positive metres)")),
             ("at", [Name(a), Name(b), Number(d)]) if *d > 0.0 => Predicate::At(a.clone(), b.clone(), *d),
             ("at", _) => return Err(wrong("at(a, b, positive metres)")),
+            ("open", [Name(a), Number(d)]) if *d > 0.0 => Predicate::Open(a.clone(), *d),
+            ("open", _) => return Err(wrong("open(a, positive metres)")),
+            ("pressed", [Name(a)]) => Predicate::Pressed(a.clone()),
+            ("pressed", _) => return Err(wrong("pressed(a)")),
             ("not", [Argument::Call(p)]) => Predicate::Not(Box::new(Predicate::from_call(p)?)),
             ("not", _) => return Err(wrong("not(condition)")),
             (word @ ("all" | "any"), parts) => {
@@ -122,6 +133,8 @@ impl Predicate {
                 let apart = (position(world, a)? - position(world, b)?).xy().norm();
                 apart <= *limit && world.speed(a)? <= REST_SPEED && !is_held(world, a)
             }
+            Predicate::Open(a, metres) => world.joint_value(a)? >= *metres,
+            Predicate::Pressed(a) => world.joint_value(a)? >= PRESSED_PART * world.joint_travel(a)?,
             Predicate::Not(p) => !p.holds(world, sizes),
             Predicate::All(parts) => parts.iter().all(|p| p.holds(world, sizes)),
             Predicate::Any(parts) => parts.iter().any(|p| p.holds(world, sizes)),
@@ -145,6 +158,7 @@ impl Predicate {
                 visit(a, Role::Point);
                 visit(b, Role::Point);
             }
+            Predicate::Open(a, _) | Predicate::Pressed(a) => visit(a, Role::Sliding),
             Predicate::Not(p) => p.visit_names(visit),
             Predicate::All(parts) | Predicate::Any(parts) => parts.iter().for_each(|p| p.visit_names(visit)),
         }
@@ -162,6 +176,8 @@ pub(crate) enum Role {
     Container,
     /// A container, in a task with beads.
     Filled,
+    /// An object that slides.
+    Sliding,
 }
 
 impl fmt::Display for Predicate {
@@ -181,6 +197,8 @@ impl fmt::Display for Predicate {
             Predicate::Upright(a, limit) => write!(f, "upright({a}, {limit})"),
             Predicate::Near(a, b, d) => write!(f, "near({a}, {b}, {d})"),
             Predicate::At(a, b, d) => write!(f, "at({a}, {b}, {d})"),
+            Predicate::Open(a, metres) => write!(f, "open({a}, {metres})"),
+            Predicate::Pressed(a) => write!(f, "pressed({a})"),
             Predicate::Not(p) => write!(f, "not({p})"),
             Predicate::All(parts) => list(f, "all", parts),
             Predicate::Any(parts) => list(f, "any", parts),
@@ -216,8 +234,7 @@ mod tests {
 
     #[test]
     fn what_is_written_is_read_back() {
-        let text =
-            "all(filled(bowl, 0.8), not(on(lid, pitcher)), any(upright(cup, 0.5), near(gripper, cup, 0.1)), all())";
+        let text = "all(filled(bowl, 0.8), not(on(lid, pitcher)), any(upright(cup, 0.5), near(gripper, cup, 0.1), open(box, 0.05), pressed(bell)), all())";
         let predicate = Predicate::parse(text).expect("a condition");
         assert_eq!(predicate.to_string(), text);
         assert_eq!(Predicate::parse(&predicate.to_string()), Ok(predicate));
@@ -230,6 +247,8 @@ mod tests {
             ("on(lid)", "expected `on(a, b)`"),
             ("filled(bowl, 8)", "fraction from 0 to 1"),
             ("near(a, b, -1)", "positive metres"),
+            ("open(drawer)", "expected `open(a, positive metres)`"),
+            ("pressed(button, 0.5)", "expected `pressed(a)`"),
             ("not(cup)", "expected `not(condition)`"),
             ("all(held(cup), cup)", "expected a condition in `all`"),
             ("near(a, b, NaN)", "positive metres"),

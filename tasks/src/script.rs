@@ -1,5 +1,7 @@
 //! Scripts: the competent teacher's program run to its end, and the original program run without looking, or under a teacher's eyes.
 
+use std::fmt;
+
 use situ_sim::{MotionEnd, World};
 
 use crate::episode::Episode;
@@ -22,6 +24,18 @@ pub enum Ending {
     Stopped,
     /// The physics' numbers are no longer sound.
     Spoilt,
+}
+
+impl fmt::Display for Ending {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Ending::Succeeded => "succeeded",
+            Ending::NoSkill => "had no skill left",
+            Ending::OutOfTime => "ran out of time",
+            Ending::Stopped => "was stopped",
+            Ending::Spoilt => "spoilt the physics",
+        })
+    }
 }
 
 /// What a script did.

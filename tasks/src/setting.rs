@@ -1,7 +1,7 @@
 //! A task with one variation applied, or none: all that an episode needs.
 
 use serde::Deserialize;
-use situ_sim::{Beads, Magnet, Object, World};
+use situ_sim::{Beads, Guard, Magnet, Object, Slide, World};
 
 use crate::feature::Schema;
 use crate::predicate::Predicate;
@@ -59,21 +59,46 @@ pub struct Intervention {
     pub when: Predicate,
 }
 
-/// Something that happens once: an object is pushed after the hand has reached a keyframe of a primitive on some object.
+/// Something that happens once, after the hand has reached a keyframe of a primitive on some object.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Event {
     /// Its name.
     pub name: String,
     /// The reference object of the primitive…
     pub reference: String,
-    /// …and the index of the keyframe that must have been reached.
+    /// …and the index of the keyframe that must have been reached. A drop also waits until the object hangs free in the hand.
     pub keyframe: usize,
-    /// The object that is pushed.
-    pub push: String,
-    /// How far, in metres, world frame.
-    pub by: [f64; 3],
+    /// What happens.
+    pub happening: Happening,
     /// In how many seconds; the hand stands still meanwhile.
     pub seconds: f64,
+}
+
+/// What happens in an [`Event`].
+#[derive(Debug, Clone, PartialEq)]
+pub enum Happening {
+    /// Somebody bumps into an object, which slides over the table.
+    Push {
+        /// The object that is pushed.
+        object: String,
+        /// How far, in metres, world frame.
+        by: [f64; 3],
+    },
+    /// An object slips from the hand: the gripper opens all the way and, when the object has fallen, closes on nothing. The command in
+    /// force is then the same as before, as it is after a real slip: only the opening shows that the hand is empty.
+    Drop {
+        /// The object that is dropped.
+        object: String,
+    },
+}
+
+impl Happening {
+    /// The object that it happens to.
+    pub fn object(&self) -> &str {
+        match self {
+            Happening::Push { object, .. } | Happening::Drop { object } => object,
+        }
+    }
 }
 
 /// Where an object starts: anywhere in a region, all places equally likely.
@@ -128,6 +153,8 @@ pub struct Setting {
     pub objects: Vec<Placed>,
     /// The container that is filled at the start, and with what.
     pub beads: Option<(String, Beads)>,
+    /// What slides along what.
+    pub joints: Vec<Slide>,
     /// Magnets between objects.
     pub magnets: Vec<Magnet>,
     /// What happens during an episode, once each.
@@ -146,6 +173,10 @@ pub struct Setting {
     pub interventions: Vec<Intervention>,
     /// Simulated seconds after which an episode has failed.
     pub time_limit: f64,
+    /// Forces at which a motion of the hand ends early.
+    pub guard: Guard,
+    /// Iterations of the physics' solver in a step, where it is not the usual number.
+    pub solver_iterations: Option<usize>,
     /// Where the hand starts.
     pub hand: HandStart,
     /// The outlines of the objects.
@@ -164,6 +195,11 @@ impl Setting {
     /// Whether a condition holds in a world of this setting.
     pub fn holds(&self, predicate: &Predicate, world: &World) -> bool {
         predicate.holds(world, &self.sizes)
+    }
+
+    /// Whether the competent program performs a skill twice on end: an edge from it to itself is what the setting needs.
+    pub fn repeats(&self, skill: &str) -> bool {
+        self.accepts_edges.iter().any(|[from, to]| from == skill && to == skill)
     }
 
     /// The teleo-reactive choice: the first of `skills` whose `when` holds and whose `until` does not.

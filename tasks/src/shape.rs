@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use situ_sim::{Bin, Cover, Cup, Handle, Lid, Object, Part, Pose, Shape};
+use situ_sim::{Bin, Cabinet, Cover, Cup, Drawer, Handle, Lid, Object, Part, Pose, Shape};
 
 use crate::file::{HandleFile, ObjectFile, ShapeFile};
 use crate::key::Key;
@@ -81,6 +81,29 @@ pub(crate) fn body(object: &ObjectFile) -> (Object, Size) {
             (Object::cover(name, &cover), *thickness, libm::hypot(half[0], half[1]))
         }
         ShapeFile::Mat { half } => (Object::mat(name, half[0], half[1]), 0.0, libm::hypot(half[0], half[1])),
+        ShapeFile::Cabinet { size, base, wall, density, friction } => {
+            let [depth, width, height] = *size;
+            let (base, wall, density, friction) = (*base, *wall, *density, *friction);
+            let cabinet = Cabinet { depth, width, height, base, wall, density, friction };
+            (Object::cabinet(name, &cabinet), height, libm::hypot(0.5 * depth, 0.5 * width))
+        }
+        ShapeFile::Drawer { inner, height, wall, panel, fin, fin_z, density, friction } => {
+            let drawer = Drawer {
+                inner_x: inner[0],
+                inner_y: inner[1],
+                height: *height,
+                wall: *wall,
+                panel_half: *panel,
+                fin_half: *fin,
+                fin_z: *fin_z,
+                density: *density,
+                friction: *friction,
+            };
+            (Object::drawer(name, &drawer), *height, libm::hypot(0.5 * inner[0], 0.5 * inner[1]))
+        }
+        ShapeFile::Housing { half, density, friction } => {
+            (Object::housing(name, *half, *density, *friction), 2.0 * half[2], libm::hypot(half[0], half[1]))
+        }
     };
     let body = if object.fixed { body.fixed() } else { body };
     let body = if let Some(color) = object.color { body.with_color(color) } else { body };
@@ -147,6 +170,21 @@ pub(crate) fn positive_numbers(shape: &ShapeFile, key: &Key) -> Vec<(Key, f64)> 
             list(&key, &[("knob", knob[0]), ("knob", knob[1]), ("knob", knob[2])]);
         }
         ShapeFile::Mat { half } => list(&key.field("mat"), &[("half", half[0]), ("half", half[1])]),
+        ShapeFile::Cabinet { size, base, wall, density, .. } => {
+            let key = key.field("cabinet");
+            list(&key, &[("size", size[0]), ("size", size[1]), ("size", size[2])]);
+            list(&key, &[("base", *base), ("wall", *wall), ("density", *density)]);
+        }
+        ShapeFile::Drawer { inner, height, wall, panel, fin, density, .. } => {
+            let key = key.field("drawer");
+            list(&key, &[("inner", inner[0]), ("inner", inner[1]), ("height", *height), ("wall", *wall)]);
+            list(&key, &[("panel", panel[0]), ("panel", panel[1]), ("panel", panel[2])]);
+            list(&key, &[("fin", fin[0]), ("fin", fin[1]), ("fin", fin[2]), ("density", *density)]);
+        }
+        ShapeFile::Housing { half, density, .. } => {
+            let key = key.field("housing");
+            list(&key, &[("half", half[0]), ("half", half[1]), ("half", half[2]), ("density", *density)]);
+        }
     }
     numbers
 }

@@ -34,6 +34,10 @@ fn border() -> Object {
     Object { name: BORDER.to_owned(), motion: Motion::Fixed, parts, color: [150, 120, 90], container: None }
 }
 
+/// Things may start so deep inside each other, in metres: the lower corners of a bowl's leaning walls reach a millimetre below its base,
+/// and a plug may touch its rim.
+const PRESSED: f64 = 2e-3;
+
 /// Builds the world of an episode and lets it settle.
 ///
 /// Each object has its own stream of random numbers, by its name: an object that a variation adds moves none of the others.
@@ -44,27 +48,64 @@ pub(crate) fn world(setting: &Setting, seed: u64) -> Result<World, TaskError> {
     world.place_gripper(pose_at(setting.hand.at, Default::default()), setting.hand.open);
     let filled = setting.beads.as_ref().map(|(container, _)| container);
     let is_late = |placed: &&Placed| placed.start.on.is_some() && placed.start.on.as_ref() == filled;
+    world.set_guard(setting.guard).map_err(refused)?;
+    if let Some(iterations) = setting.solver_iterations {
+        world.set_solver_iterations(iterations);
+    }
     world.add(border(), Pose::identity()).map_err(refused)?;
     for placed in setting.objects.iter().filter(|placed| !is_late(placed)) {
-        let pose = place(setting, placed, seed, &world)?;
-        world.add(placed.body.clone(), pose).map_err(refused)?;
+        put(setting, placed, seed, &mut world)?;
     }
     if let Some((container, beads)) = &setting.beads {
         world.fill(container, beads).map_err(refused)?;
     }
     for placed in setting.objects.iter().filter(is_late) {
-        let pose = place(setting, placed, seed, &world)?;
-        world.add(placed.body.clone(), pose).map_err(refused)?;
+        put(setting, placed, seed, &mut world)?;
     }
     for magnet in &setting.magnets {
         world.magnet(magnet.clone()).map_err(refused)?;
     }
+    check_apart(setting, seed, &world)?;
     world.settle(SETTLE);
     if setting.holds(&setting.premise, &world) {
         Ok(world)
     } else {
         Err(TaskError::Premise { task: setting.label(), seed, condition: setting.premise.to_string() })
     }
+}
+
+/// Puts the objects in their places and nothing more: an error where two of them are inside each other.
+pub(crate) fn check_places(setting: &Setting, seed: u64) -> Result<(), TaskError> {
+    let mut world = World::new();
+    world.place_gripper(pose_at(setting.hand.at, Default::default()), setting.hand.open);
+    for placed in &setting.objects {
+        put(setting, placed, seed, &mut world)?;
+    }
+    check_apart(setting, seed, &world)
+}
+
+/// An error where two things are inside each other.
+fn check_apart(setting: &Setting, seed: u64, world: &World) -> Result<(), TaskError> {
+    world.overlap(PRESSED).map_or(Ok(()), |overlap| {
+        Err(TaskError::Overlap {
+            task: setting.label(),
+            seed,
+            first: overlap.a,
+            second: overlap.b,
+            millimetres: 1e3 * overlap.depth,
+        })
+    })
+}
+
+/// Puts an object in its place, on its slide if it has one.
+fn put(setting: &Setting, placed: &Placed, seed: u64, world: &mut World) -> Result<(), TaskError> {
+    let refused = |source| TaskError::World { task: setting.label(), source };
+    let pose = place(setting, placed, seed, world)?;
+    world.add(placed.body.clone(), pose).map_err(refused)?;
+    for slide in setting.joints.iter().filter(|slide| slide.child == placed.body.name) {
+        world.slide(slide).map_err(refused)?;
+    }
+    Ok(())
 }
 
 /// A random pose in the object's region, far enough from what is there already.
@@ -83,10 +124,22 @@ fn place(setting: &Setting, placed: &Placed, seed: u64, world: &World) -> Result
             others.map(|other| (other.translation.vector - pose.translation.vector).xy().norm()).all(|d| d >= apart)
         };
         if start.apart.is_none_or(far) {
-            return Ok(pose);
+            return Ok(along_slide(setting, name, pose, world));
         }
     }
     Err(TaskError::Crowded { task: setting.label(), seed, object: name.clone(), tries: TRIES })
+}
+
+/// The pose of an object that starts further along its slide than its place at value 0; of any other, the place itself.
+fn along_slide(setting: &Setting, name: &str, place: Pose, world: &World) -> Pose {
+    let slide = setting.joints.iter().find(|slide| slide.child == name);
+    match slide.and_then(|slide| Some((slide, world.pose(&slide.parent)?))) {
+        Some((slide, frame)) => {
+            let way = frame.rotation * Vector3::from(slide.axis).normalize() * slide.value;
+            nalgebra::Translation3::from(way) * place
+        }
+        None => place,
+    }
 }
 
 /// The stream of random numbers of a seed and a name (hashed as FNV-1a, 64 bit).

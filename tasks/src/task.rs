@@ -8,6 +8,7 @@ use crate::error::TaskError;
 use crate::feature::Schema;
 use crate::file::TaskFile;
 use crate::key::Document;
+use crate::sequence::Sequence;
 use crate::setting::Setting;
 
 /// A task family, checked.
@@ -18,6 +19,7 @@ pub struct Task {
     schema: Schema,
     original: Arc<Setting>,
     variations: Vec<Arc<Setting>>,
+    sequences: Vec<Sequence>,
 }
 
 impl Task {
@@ -36,8 +38,9 @@ impl Task {
         let original = Arc::new(builder.setting(&schema, None)?);
         let variations: Result<Vec<_>, _> =
             (0..content.variation.len()).map(|i| builder.setting(&schema, Some(i)).map(Arc::new)).collect();
+        let sequences = builder.sequences()?;
         let analysis = content.analysis.trim().to_owned();
-        Ok(Task { name: content.name, analysis, schema, original, variations: variations? })
+        Ok(Task { name: content.name, analysis, schema, original, variations: variations?, sequences })
     }
 
     /// Reads a task file.
@@ -67,6 +70,11 @@ impl Task {
     /// The names of the variations, in the order of the file.
     pub fn variations(&self) -> impl Iterator<Item = &str> {
         self.variations.iter().filter_map(|setting| setting.variation.as_deref())
+    }
+
+    /// The sequences of variations, in the order of the file.
+    pub fn sequences(&self) -> &[Sequence] {
+        &self.sequences
     }
 
     /// All settings: the original, then the variations in the order of the file.

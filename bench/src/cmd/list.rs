@@ -7,17 +7,23 @@ use situ::method::{self, Role};
 use situ_tasks::{Registry, Task};
 use situ_teachers::Profile;
 
+use crate::cmd::library::Library;
 use crate::error::BenchError;
 use crate::protocol::Protocol;
 use crate::tables::Kind;
 
 /// Lists what there is to choose from.
 #[derive(Args, Clone, Debug)]
-#[command(after_long_help = "Examples:\n  situ-bench list\n  situ-bench list methods")]
+#[command(
+    after_long_help = "Examples:\n  situ-bench list\n  situ-bench list methods\n  situ-bench list tasks --tasks my_tasks"
+)]
 pub struct List {
     /// What to list; all of it where nothing is named.
     #[arg(value_enum)]
     pub what: Option<What>,
+    /// Tasks and teachers of one's own.
+    #[command(flatten)]
+    pub library: Library,
 }
 
 /// Something to choose from.
@@ -27,6 +33,8 @@ pub enum What {
     Methods,
     /// Task families, their variations, and the edits these need.
     Tasks,
+    /// Sequences of variations that a robot meets one after another.
+    Sequences,
     /// Teacher profiles.
     Teachers,
     /// Protocols that come with the program.
@@ -36,11 +44,12 @@ pub enum What {
 }
 
 impl What {
-    fn section(self) -> Result<String, BenchError> {
+    fn section(self, library: &Library) -> Result<String, BenchError> {
         Ok(match self {
             Self::Methods => methods(),
-            Self::Tasks => tasks(&Registry::builtin()?),
-            Self::Teachers => teachers(&Profile::builtin()?),
+            Self::Tasks => tasks(&library.registry()?),
+            Self::Sequences => sequences(&library.registry()?),
+            Self::Teachers => teachers(library.roster()?.profiles()),
             Self::Protocols => protocols()?,
             Self::Tables => tables(),
         })
@@ -57,7 +66,7 @@ impl List {
             Some(what) => vec![what],
             None => What::value_variants().to_vec(),
         };
-        Ok(sections.into_iter().map(What::section).collect::<Result<Vec<_>, _>>()?.join("\n"))
+        Ok(sections.into_iter().map(|what| what.section(&self.library)).collect::<Result<Vec<_>, _>>()?.join("\n"))
     }
 }
 
@@ -108,6 +117,15 @@ fn tasks(registry: &Registry) -> String {
         [setting.label(), edit.to_owned(), sentence(&setting.analysis)].to_vec()
     });
     aligned("tasks", &rows.collect::<Vec<_>>())
+}
+
+fn sequences(registry: &Registry) -> String {
+    let rows = registry.tasks().flat_map(|task| task.sequences().iter().map(|sequence| (task.name(), sequence)));
+    let rows = rows.map(|(task, sequence)| {
+        let name = format!("{task}: {}", sequence.name);
+        [name, sequence.variations.join(", "), sentence(&sequence.analysis)].to_vec()
+    });
+    aligned("sequences", &rows.collect::<Vec<_>>())
 }
 
 fn teachers(profiles: &[Profile]) -> String {

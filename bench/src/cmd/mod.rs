@@ -1,7 +1,10 @@
 //! The program's sub-commands, one a file: the arguments, and what they do. Each returns what is to be printed.
 
+pub mod check;
 pub mod learn;
+pub mod library;
 pub mod list;
 pub mod run;
 pub mod show;
 pub mod tables;
+mod terminal;

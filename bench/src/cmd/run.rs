@@ -3,14 +3,14 @@
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::Mutex;
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
-use situ_tasks::Registry;
+use indicatif::ProgressBar;
 
 use crate::archive::Archive;
+use crate::cmd::library::Library;
+use crate::cmd::terminal;
 use crate::error::BenchError;
 use crate::files;
 use crate::ledger::{self, Ledger};
@@ -30,6 +30,7 @@ Examples:
   situ-bench run
   situ-bench run --task pour --variation lid --method situ --method rebuild
   situ-bench run --protocol paper --out paper --resume
+  situ-bench run --tasks my_tasks --task tower --teachers my_teachers.toml --teacher grandfather
   situ-bench run --check results/quick"
 )]
 pub struct Run {
@@ -42,6 +43,9 @@ pub struct Run {
     /// Only this variation; may be given several times.
     #[arg(long, value_name = "NAME")]
     pub variation: Vec<String>,
+    /// Only this sequence of variations; may be given several times.
+    #[arg(long, value_name = "NAME")]
+    pub sequence: Vec<String>,
     /// These methods instead of the protocol's; may be given several times.
     #[arg(long, value_name = "NAME")]
     pub method: Vec<String>,
@@ -66,6 +70,9 @@ pub struct Run {
     /// Compares the records with the ledger in this folder, all but the times; exit status 1 where they differ.
     #[arg(long, value_name = "DIR")]
     pub check: Option<PathBuf>,
+    /// Tasks and teachers of one's own.
+    #[command(flatten)]
+    pub library: Library,
 }
 
 /// The ledger's name in its folder.
@@ -95,10 +102,11 @@ impl Run {
         let filter = Filter {
             tasks: self.task.clone(),
             variations: self.variation.clone(),
+            sequences: self.sequence.clone(),
             methods: self.method.clone(),
             teachers: self.teacher.clone(),
         };
-        let plan = Plan::new(protocol.clone(), &filter, &Registry::builtin()?, self.seed)?;
+        let plan = Plan::new(protocol.clone(), &filter, &self.library.registry()?, &self.library.roster()?, self.seed)?;
         let expected = self.check.as_ref().map(|folder| ledger::read(&folder.join(LEDGER))).transpose()?;
         let folder = self.out.clone().unwrap_or_else(|| Path::new("runs").join(&protocol.name));
         let path = self.prepare(&folder, &protocol)?;
@@ -106,17 +114,11 @@ impl Run {
         contents.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
         let done: BTreeSet<_> = contents.done();
 
-        let interrupted = Arc::new(AtomicBool::new(false));
-        let flag = interrupted.clone();
-        // A second handler in one process, as in tests, is refused; the first one serves.
-        let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
-        let bar = Bar(ProgressBar::new(plan.len() as u64).with_style(style()));
+        let interrupted = terminal::interrupt_flag();
+        let bar = Bar(ProgressBar::new(plan.len() as u64).with_style(terminal::progress_style()));
         let archive = self.demonstrations.then(|| Archive::new(folder.join("demonstrations")));
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(self.jobs.map_or(0, usize::from))
-            .build()
-            .map_err(|error| BenchError::Argument(format!("no threads: {error}")))?;
-        let result = pool.install(|| plan.run(&Mutex::new(ledger), &done, &interrupted, archive.as_ref(), &bar));
+        let result = terminal::threads(self.jobs)?
+            .install(|| plan.run(&Mutex::new(ledger), &done, &interrupted, archive.as_ref(), &bar));
         bar.0.finish_and_clear();
         result?;
 
@@ -169,11 +171,6 @@ impl Run {
         files::write_all(&[(copy, protocol.source.clone())])?;
         Ok(path)
     }
-}
-
-fn style() -> ProgressStyle {
-    ProgressStyle::with_template("{bar:30} {pos}/{len} {elapsed} ({eta} left) {wide_msg}")
-        .expect("the template is a constant that the tests draw")
 }
 
 /// Compares records, all but their times.

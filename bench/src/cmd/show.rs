@@ -8,9 +8,10 @@ use std::sync::Arc;
 use clap::Args;
 use situ::demonstration::Kind;
 use situ_sim::{Film, Image, World};
-use situ_tasks::{Episode, Registry, Setting, script};
-use situ_teachers::{Profile, Shown, Teacher, convert};
+use situ_tasks::{Episode, Setting, script};
+use situ_teachers::{Shown, Teacher, convert};
 
+use crate::cmd::library::Library;
 use crate::error::BenchError;
 use crate::files;
 use crate::pictures::{self, FILM_SPEED, Shooting, Size, Track};
@@ -48,6 +49,9 @@ pub struct Show {
     /// The same for the height.
     #[arg(long, default_value_t = 300, value_parser = clap::value_parser!(u32).range(16..=1920))]
     pub height: u32,
+    /// Tasks and teachers of one's own.
+    #[command(flatten)]
+    pub library: Library,
 }
 
 /// What is to be written, and what is to be said about it.
@@ -89,7 +93,7 @@ impl Show {
     /// A name that nothing has, an episode that cannot start, [`BenchError::Write`].
     pub fn run(&self) -> Result<String, BenchError> {
         let setting = self.setting()?;
-        let teacher = Teacher::new(Profile::named(&self.teacher)?);
+        let teacher = Teacher::new(self.library.roster()?.get(&self.teacher)?.clone());
         if self.failure && setting.variation.is_none() {
             return Err(BenchError::Argument(format!(
                 "--failure: `{}` is the original task, expected TASK/VARIATION",
@@ -115,7 +119,7 @@ impl Show {
             Some((task, variation)) => (task, Some(variation)),
             None => (self.task.as_str(), None),
         };
-        Ok(Registry::builtin()?.get(task)?.variation(variation)?)
+        Ok(self.library.registry()?.get(task)?.variation(variation)?)
     }
 
     /// Pictures of the start and of the teacher's demonstration.

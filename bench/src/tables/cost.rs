@@ -67,7 +67,7 @@ pub(super) fn physics(records: &[Record]) -> Table {
     let mut rows: BTreeMap<Row, Vec<&Correction>> = BTreeMap::new();
     let mut runs = 0;
     for record in records {
-        if let Record::Run(run) = record
+        if let Some(run) = record.single_run()
             && run.outcome.counts()
             && !run.corrections.is_empty()
         {

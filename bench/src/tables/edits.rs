@@ -32,7 +32,7 @@ pub(super) fn table(records: &[Record]) -> Table {
     let methods = Methods::listed();
     let mut rows: BTreeMap<(&str, MethodName, Edit), Vec<&Run>> = BTreeMap::new();
     for record in records {
-        if let Record::Run(run) = record
+        if let Some(run) = record.single_run()
             && run.outcome.counts()
             && methods.role(&run.key.method) != Role::FromScratch
         {

@@ -54,7 +54,7 @@ pub(super) fn table(records: &[Record]) -> Table {
     let methods = Methods::listed();
     let mut rows: BTreeMap<Row, Vec<&Run>> = BTreeMap::new();
     for record in records {
-        if let Record::Run(run) = record
+        if let Some(run) = record.single_run()
             && run.outcome != Outcome::NotApplicable
         {
             rows.entry(row_of(run, &methods)).or_default().push(run);

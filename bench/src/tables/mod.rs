@@ -6,6 +6,7 @@
 pub mod cost;
 pub mod edits;
 pub mod effort;
+pub mod retention;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -27,11 +28,13 @@ pub enum Kind {
     Edits,
     /// T4: what an update costs.
     Cost,
+    /// T5: what a corrected model still does.
+    Retention,
 }
 
 impl Kind {
     /// All of them, in the order of publication.
-    pub const ALL: [Self; 3] = [Self::Effort, Self::Edits, Self::Cost];
+    pub const ALL: [Self; 4] = [Self::Effort, Self::Edits, Self::Cost, Self::Retention];
 
     /// The name on the command line and of files.
     pub const fn name(self) -> &'static str {
@@ -39,6 +42,7 @@ impl Kind {
             Self::Effort => "t1",
             Self::Edits => "edits",
             Self::Cost => "t4",
+            Self::Retention => "t5",
         }
     }
 
@@ -48,6 +52,9 @@ impl Kind {
             Self::Effort => "What do corrections take, against teaching the changed task from scratch?",
             Self::Edits => "Which edit did the task need, and which did the method make?",
             Self::Cost => "What does an update cost, and how does that grow with the task model?",
+            Self::Retention => {
+                "What does a corrected model still do: the original task, and the changes it met before?"
+            }
         }
     }
 
@@ -58,6 +65,7 @@ impl Kind {
             Self::Effort => vec![effort::table(&records)],
             Self::Edits => vec![edits::table(&records)],
             Self::Cost => vec![cost::physics(&records), cost::scaling(&records), cost::slopes(&records)],
+            Self::Retention => vec![retention::table(&records)],
         }
     }
 }
@@ -278,6 +286,13 @@ fn estimate(estimate: Option<Estimate>) -> Cell {
 fn median(values: &[f64], seed: u64) -> Cell {
     estimate(stats::bootstrap(values.len(), seed, |drawn| {
         stats::median(&drawn.iter().map(|index| values[*index]).collect::<Vec<_>>())
+    }))
+}
+
+/// The mean with its bootstrap interval.
+fn mean(values: &[f64], seed: u64) -> Cell {
+    estimate(stats::bootstrap(values.len(), seed, |drawn| {
+        (!drawn.is_empty()).then(|| drawn.iter().map(|index| values[*index]).sum::<f64>() / drawn.len() as f64)
     }))
 }
 

@@ -7,7 +7,7 @@ use situ::edit::Edit;
 use situ::trace::{Branch, Counters, MatchedIn};
 
 use super::Kind;
-use crate::record::{Correction, Cost, Effort, Key, Outcome, Rate, Record, Run, StepSummary};
+use crate::record::{Correction, Cost, Effort, Key, Outcome, Rate, Record, Run, Stage, StepSummary};
 
 fn effort(demonstrations: u32, keyframes: u32) -> Effort {
     let seconds = 4.5 * f64::from(keyframes);
@@ -57,6 +57,7 @@ fn run(method: &str, seed: u64, outcome: Outcome, demonstrations: u32, made: &[E
             teacher: "competent".to_owned(),
             method: method.to_owned(),
             seed,
+            stage: None,
         },
         outcome,
         original: effort(2, 12),
@@ -67,7 +68,19 @@ fn run(method: &str, seed: u64, outcome: Outcome, demonstrations: u32, made: &[E
         ended: BTreeMap::from([("goal".to_owned(), successes), ("time-out".to_owned(), 10 - successes)]),
         original_rate: Some(Rate { successes: 10, rollouts: 10 }),
         retained: None,
+        earlier: BTreeMap::new(),
     })
+}
+
+/// The second stage of a sequence: the model that the lid left meets a vase, and does the lid no more.
+fn stage() -> Record {
+    let Record::Run(mut run) = run("situ", 0, Outcome::Reached, 2, &[Edit::NodeModification]) else { unreachable!() };
+    run.key.variation = "vase".to_owned();
+    run.key.edit = Edit::NodeModification;
+    run.key.stage = Some(Stage { sequence: "kitchen".to_owned(), number: 2 });
+    run.retained = Some(Rate { successes: 7, rollouts: 10 });
+    run.earlier = BTreeMap::from([("lid".to_owned(), Rate { successes: 3, rollouts: 10 })]);
+    Record::Run(run)
 }
 
 fn cost(method: &str, nodes: u32, seed: u64, work: u64, update_seconds: f64) -> Record {
@@ -85,7 +98,7 @@ fn cost(method: &str, nodes: u32, seed: u64, work: u64, update_seconds: f64) -> 
     })
 }
 
-/// Two methods of corrections and teaching from scratch, one untaught and one spoilt run; costs at three sizes.
+/// Two methods of corrections and teaching from scratch, one untaught and one spoilt run, a stage; costs at three sizes.
 pub(crate) fn sample() -> Vec<Record> {
     use Edit::{EdgeAddition, NodeAddition, None};
     let mut records = vec![
@@ -99,6 +112,7 @@ pub(crate) fn sample() -> Vec<Record> {
         run("from_scratch", 1, Outcome::Reached, 8, &[]),
         run("from_scratch", 3, Outcome::Untaught, 0, &[]),
         run("no_update", 0, Outcome::NotApplicable, 0, &[]),
+        stage(),
     ];
     for nodes in [10, 100, 1000] {
         for seed in [0, 1] {
@@ -153,6 +167,16 @@ fn what_the_tables_must_say() {
     assert_eq!((right("first_right_successes"), right("first_right_n")), ("1".into(), "2".into()));
     assert_eq!((right("all_right_successes"), right("all_right_n")), ("2".into(), "6".into()));
     assert!(!edits.contains("from_scratch"), "teaching from scratch edits nothing");
+    assert!(
+        !t1.contains("vase") && !edits.contains("situ,node-modification"),
+        "a stage is not a run that stands alone"
+    );
+    let t5 = text(Kind::Retention, 0);
+    let stage = "quick,pour,kitchen,2,vase,node-modification,competent,situ,1,1,10,";
+    assert_eq!(
+        (field(&t5, stage, "original_after_successes"), field(&t5, stage, "earlier_successes")),
+        ("7".into(), "3".into())
+    );
     let scaling = text(Kind::Cost, 1);
     assert_eq!(field(&scaling, "quick,rebuild,edge-addition,100,", "hmm_fits_ratio"), "100.000000");
     assert_eq!(field(&scaling, "quick,rebuild,edge-addition,100,", "ratio_wall"), "100.000000");

@@ -1,0 +1,130 @@
+//! Evaluations: a model's rollouts on a setting, from fresh starts.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use situ::method::Learned;
+use situ_tasks::{Episode, Setting, TaskError};
+
+use crate::error::BenchError;
+use crate::record::Rate;
+use crate::rollout::{Ended, Execute, Rollout, Watched, rollout};
+use crate::session::Surroundings;
+
+/// Rollouts between two looks at whether the target is out of reach. Fixed, so that no number of threads changes what is rolled out.
+const BATCH: usize = 4;
+
+/// How long an evaluation goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Until {
+    /// All rollouts of the protocol: what is published.
+    Done,
+    /// Until the target is out of reach: between corrections.
+    OutOfReach,
+}
+
+/// A model's rollouts on a setting.
+#[derive(Clone)]
+pub struct Evaluation {
+    /// Successes.
+    pub(crate) rate: Rate,
+    /// How the rollouts ended, by name.
+    pub(crate) ended: BTreeMap<String, u32>,
+    /// The rollouts that failed.
+    pub(crate) failures: Vec<u32>,
+    /// Whether the physics of one was no longer sound.
+    pub(crate) spoilt: bool,
+}
+
+impl Evaluation {
+    /// No success in so many rollouts.
+    pub(crate) fn none(rollouts: u32) -> Self {
+        Self { rate: Rate { successes: 0, rollouts }, ended: BTreeMap::new(), failures: Vec::new(), spoilt: false }
+    }
+
+    /// Counts a rollout; `None` is one whose start the physics refused.
+    fn count(&mut self, index: u32, rollout: Option<Rollout>) {
+        self.rate.rollouts += 1;
+        let Some(rollout) = rollout.filter(|rollout| rollout.ended != Ended::Spoilt) else {
+            self.spoilt = true;
+            return;
+        };
+        let how = if rollout.success { "success".to_owned() } else { format!("failure: {}", rollout.ended) };
+        *self.ended.entry(how).or_default() += 1;
+        if rollout.success {
+            self.rate.successes += 1;
+        } else {
+            self.failures.push(index);
+        }
+    }
+}
+
+impl Surroundings<'_> {
+    /// Rolls the model out from fresh starts; `round` names them. An evaluation `until` the target is out of reach stops after the
+    /// batch in which that became certain: enough to know that the model must be corrected further, not to say how well it does.
+    pub fn evaluate(
+        &self,
+        model: &dyn Learned,
+        setting: &Arc<Setting>,
+        round: u32,
+        until: Until,
+    ) -> Result<Evaluation, BenchError> {
+        let mut evaluation = Evaluation::none(0);
+        let indices: Vec<u32> = (0..self.protocol.rollouts).collect();
+        for batch in indices.chunks(BATCH) {
+            let rollouts = batch.par_iter().map(|index| {
+                self.check_interrupt()?;
+                let Some(mut episode) = self.start(setting, round, *index)? else { return Ok(None) };
+                let (execute, mut rng) = self.execution(setting, round, *index, Watched::No);
+                rollout(model, &mut episode, execute, &mut rng, &mut |_| {}).map(Some)
+            });
+            let rollouts: Vec<Option<_>> = rollouts.collect::<Result<_, BenchError>>()?;
+            for (index, rollout) in batch.iter().zip(rollouts) {
+                evaluation.count(*index, rollout);
+            }
+            if until == Until::OutOfReach && !self.is_within_reach(&evaluation) {
+                break;
+            }
+        }
+        Ok(evaluation)
+    }
+
+    /// Whether the target is still met if every rollout that is left succeeds.
+    fn is_within_reach(&self, evaluation: &Evaluation) -> bool {
+        let failures = evaluation.rate.rollouts - evaluation.rate.successes;
+        f64::from(self.protocol.rollouts - failures) >= self.protocol.target * f64::from(self.protocol.rollouts)
+    }
+
+    /// The start of a rollout; `None` where the physics refuses it: spoilt, nobody's failure.
+    pub(crate) fn start(&self, setting: &Arc<Setting>, round: u32, index: u32) -> Result<Option<Episode>, BenchError> {
+        match Episode::start(setting, self.stream(setting, "evaluate", &[round, index])) {
+            Ok(episode) => Ok(Some(episode)),
+            Err(TaskError::Premise { .. }) => Ok(None),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    pub(crate) fn execution(
+        &self,
+        setting: &Setting,
+        round: u32,
+        index: u32,
+        watched: Watched,
+    ) -> (Execute, ChaCha8Rng) {
+        let execute = Execute { execution: self.protocol.execution, confidence: self.protocol.confidence, watched };
+        (execute, ChaCha8Rng::seed_from_u64(self.stream(setting, "execute", &[round, index])))
+    }
+
+    /// Whether the target is met.
+    pub(crate) fn is_reached(&self, evaluation: &Evaluation) -> bool {
+        f64::from(evaluation.rate.successes) >= self.protocol.target * f64::from(evaluation.rate.rollouts)
+    }
+
+    /// The evaluation after the last demonstration of a budget is whole.
+    pub(crate) fn until(&self, index: u32, budget: u32) -> Until {
+        if index + 1 == budget { Until::Done } else { Until::OutOfReach }
+    }
+}
