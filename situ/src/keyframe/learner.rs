@@ -109,9 +109,11 @@ impl KeyframeLearner {
         segments.iter().map(interpolate).collect()
     }
 
-    /// The divergence of two policies, symmetrised, nats a frame; infinite across reference objects (D6, D7).
+    /// The divergence of two policies, symmetrised, nats a frame; infinite across reference objects (D6) and grips (D6b, D7).
     fn divergence(&self, left: &KeyframePolicy, right: &KeyframePolicy, counters: &mut Counters) -> f64 {
-        if left.reference != right.reference && !self.parameters.across_references {
+        let other_object = left.reference != right.reference && !self.parameters.across_references;
+        let other_grip = left.ends_closed() != right.ends_closed() && !self.parameters.across_grips;
+        if other_object || other_grip {
             return f64::INFINITY;
         }
         counters.divergences += 1;

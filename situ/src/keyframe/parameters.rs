@@ -118,6 +118,9 @@ pub struct KeyframeParameters {
     pub compared: Compared,
     /// Whether policies of different reference objects can be compared (D6).
     pub across_references: bool,
+    /// Whether policies that leave the gripper in different states, open and closed, can be compared (D6b): a pick and a place on one
+    /// object lead along much the same poses.
+    pub across_grips: bool,
     /// The estimator (D7).
     pub divergence: Divergence,
     /// The cut (D8).
@@ -150,6 +153,7 @@ impl Default for KeyframeParameters {
             metres_per_radian: 0.1,
             compared: Compared::Signatures,
             across_references: false,
+            across_grips: false,
             divergence: Divergence::CrossLikelihood,
             cut: Cut::Calibrated { factor: 1.5, prior: 5.0, prior_copies: 3, least: 2.0, greatest: 10.0, single: 8.0 },
             lift: Lift::QuadraticDiagonal,
@@ -162,11 +166,12 @@ impl Default for KeyframeParameters {
 }
 
 impl KeyframeParameters {
-    /// The kernels as the paper prints them: D2b linear, D16 fixed, D5 literal, D6 across objects, D7 by sampling, D10b p ≥ 0.5.
+    /// The kernels as the paper prints them: D2b linear, D16 fixed, D5 literal, D6 across objects and grips, D7 by sampling, D10b p ≥ 0.5.
     pub fn literal() -> Self {
         Self {
             compared: Compared::PolicyAgainstSignature,
             across_references: true,
+            across_grips: true,
             // The paper names no number. With 1000, updates of the literal reading took up to 23 s on ten primitives.
             divergence: Divergence::MonteCarlo(30),
             lift: Lift::Linear,

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::hmm::{Emission, Hmm, Observation};
 use super::pose::{self, Tangent};
-use crate::demonstration::RelativeKeyframe;
+use crate::demonstration::{Gripper, RelativeKeyframe};
 use crate::random::standard_normal;
 
 /// A fitted policy `π`.
@@ -74,6 +74,12 @@ impl KeyframePolicy {
                 hold: *hold,
             })
             .collect()
+    }
+
+    /// Whether the gripper is closed when the policy has run to its end (decision D6b).
+    pub(super) fn ends_closed(&self) -> bool {
+        let last = self.hmm.emissions.last().and_then(Emission::gripper_command);
+        last.is_some_and(|command| matches!(command, Gripper::Close(_)))
     }
 
     /// The mean keyframes.

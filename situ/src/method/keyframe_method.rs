@@ -131,6 +131,10 @@ pub fn all() -> Vec<KeyframeMethod> {
             lift: Lift::Distance,
             ..KeyframeParameters::default()
         }),
+        kernel("situ:grips", "D6b off: a pick and a place on one object can be one primitive", || KeyframeParameters {
+            across_grips: true,
+            ..KeyframeParameters::default()
+        }),
         kernel("situ:policy_signature", "D5 literal: policy against signature", || KeyframeParameters {
             compared: Compared::PolicyAgainstSignature,
             ..KeyframeParameters::default()
