@@ -43,6 +43,8 @@ const CHECK: f32 = 0.05;
 const CHECKS: [[u8; 3]; 2] = [[226, 222, 214], [208, 203, 194]];
 /// Colour of the hand.
 const HAND_COLOR: [u8; 3] = [92, 96, 104];
+/// Colour of the arm.
+const ARM_COLOR: [u8; 3] = [222, 224, 228];
 /// Colour of beads.
 const BEAD_COLOR: [u8; 3] = [236, 146, 38];
 /// Colour of what lies beyond the table.
@@ -186,6 +188,7 @@ impl<'a> Scene<'a> {
                 CHECKS[(((point.x / CHECK).floor() + (point.y / CHECK).floor()).rem_euclid(2.0)) as usize % 2]
             }
             Tag::Hand => HAND_COLOR,
+            Tag::Arm => ARM_COLOR,
             Tag::Bead => BEAD_COLOR,
             Tag::Object(index) => self.world.entries[index].object.color,
         };

@@ -58,6 +58,12 @@ pub enum SimError {
         /// The object that was to slide.
         object: String,
     },
+    /// An arm cannot be read, or cannot be mounted.
+    #[error("arm: {reason}")]
+    Arm {
+        /// What is wrong, and what was expected.
+        reason: String,
+    },
     /// A picture could not be encoded.
     #[error("picture: {reason}")]
     Picture {

@@ -7,8 +7,8 @@
 use nalgebra::{Translation3, Vector3};
 use rapier3d::geometry::{Group, InteractionGroups, InteractionTestMode};
 use rapier3d::prelude::{
-    ColliderBuilder, ColliderHandle, ImpulseJointHandle, JointAxis, MotorModel, PhysicsWorld, PrismaticJointBuilder,
-    RigidBodyBuilder, RigidBodyHandle, Vector,
+    ActiveCollisionTypes, ColliderBuilder, ColliderHandle, ImpulseJointHandle, JointAxis, MotorModel, PhysicsWorld,
+    PrismaticJointBuilder, RigidBodyBuilder, RigidBodyHandle, Vector,
 };
 use serde::{Deserialize, Serialize};
 
@@ -43,9 +43,11 @@ const FINGER_SPEED: f64 = 0.15;
 const FORCE_HEADROOM: f64 = 3.0;
 /// A motor's limit while opening, newtons.
 const OPENING_FORCE: f64 = 60.0;
+/// How deep the palm may be in what is fixed, in metres: what a real one gives before the force is felt.
+const PALM_GIVES: f64 = 0.003;
 /// Time constant of the low-passed contact forces, in steps.
 const SMOOTHING_STEPS: f64 = 12.0;
-/// The hand's parts collide with everything but each other.
+/// The parts of hand and arm collide with everything but each other.
 const HAND_GROUP: Group = Group::GROUP_2;
 
 /// A command to the gripper.
@@ -81,17 +83,19 @@ const SIDE: [f64; 2] = [1.0, -1.0];
 impl Hand {
     /// Builds the hand with its tool centre point at `tcp`, half open.
     pub(crate) fn build(physics: &mut PhysicsWorld, tcp: Pose) -> Hand {
-        let groups = InteractionGroups::new(HAND_GROUP, Group::ALL & !HAND_GROUP, InteractionTestMode::And);
         let collider = |half: [f32; 3]| {
             ColliderBuilder::cuboid(half[0], half[1], half[2])
                 .friction(HAND_FRICTION)
-                .collision_groups(groups)
+                .collision_groups(hand_groups())
                 .user_data(Tag::Hand.encode())
         };
         let gap = 0.5 * STROKE;
         let palm_pose = tcp * Translation3::new(0.0, 0.0, PALM_ABOVE_TCP);
-        let (palm, palm_collider) = physics
-            .insert(RigidBodyBuilder::kinematic_position_based().pose(to_engine(&palm_pose)), collider(PALM_HALF));
+        let (palm, palm_collider) = physics.insert(
+            RigidBodyBuilder::kinematic_position_based().pose(to_engine(&palm_pose)),
+            collider(PALM_HALF)
+                .active_collision_types(ActiveCollisionTypes::default() | ActiveCollisionTypes::KINEMATIC_FIXED),
+        );
         let [(left, left_collider, left_joint), (right, right_collider, right_joint)] = SIDE.map(|side| {
             let (finger, finger_collider) = physics.insert(
                 RigidBodyBuilder::dynamic()
@@ -222,10 +226,10 @@ impl Hand {
         }
     }
 
-    /// Reads the contact forces of the step just done.
-    pub(crate) fn feel(&mut self, physics: &PhysicsWorld) {
+    /// Reads the contact forces of the step just done: on the hand, and on the links of the arm that carries it.
+    pub(crate) fn feel(&mut self, physics: &PhysicsWorld, links: &[ColliderHandle]) {
         let mut impulse = Vector3::zeros();
-        for &collider in &self.colliders {
+        for &collider in self.colliders.iter().chain(links) {
             // A pair that has come apart keeps the impulses of its last touch: only those of this step count.
             for pair in physics.contact_pairs_with(collider).filter(|pair| pair.has_any_active_contact()) {
                 let on_second = from_engine_vector(pair.total_impulse());
@@ -235,10 +239,28 @@ impl Hand {
         self.force += (impulse / DT - self.force) / SMOOTHING_STEPS;
     }
 
+    /// Whether the palm is in something that nothing moves. The engine finds that contact and gives it no force, for neither of the two yields.
+    pub(crate) fn is_blocked(&self, physics: &PhysicsWorld) -> bool {
+        let [palm, ..] = self.colliders;
+        let is_fixed = |collider: ColliderHandle| {
+            physics.colliders[collider].parent().is_some_and(|body| physics.bodies[body].is_fixed())
+        };
+        physics.contact_pairs_with(palm).any(|pair| {
+            let other = if pair.collider1 == palm { pair.collider2 } else { pair.collider1 };
+            is_fixed(other)
+                && pair.find_deepest_contact().is_some_and(|(_, contact)| f64::from(contact.dist) < -PALM_GIVES)
+        })
+    }
+
     /// Magnitude of the low-passed force on the hand, newtons.
     pub(crate) fn force(&self) -> f64 {
         self.force.norm()
     }
+}
+
+/// Collides with everything but the hand and the arm.
+pub(crate) fn hand_groups() -> InteractionGroups {
+    InteractionGroups::new(HAND_GROUP, Group::ALL & !HAND_GROUP, InteractionTestMode::And)
 }
 
 fn mean(gaps: [f64; 2]) -> f64 {

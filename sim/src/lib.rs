@@ -21,6 +21,7 @@
 //! # Ok::<(), situ_sim::SimError>(())
 //! ```
 
+mod arm;
 mod beads;
 mod camera;
 mod error;
@@ -36,11 +37,13 @@ mod perception;
 mod planner;
 mod push;
 mod ray;
+mod route;
 mod slide;
 mod snapshot;
 mod vessel;
 mod world;
 
+pub use arm::{ArmModel, Configuration, JOINTS, Joint};
 pub use beads::Beads;
 pub use camera::Camera;
 pub use error::SimError;
@@ -56,4 +59,4 @@ pub use planner::{ABORT_FORCE, GUARD_FORCE, Guard, MAX_SPEED, MAX_TURN, MotionEn
 pub use slide::Slide;
 pub use snapshot::Snapshot;
 pub use vessel::{Bin, Cover, Cup, Handle, Lid};
-pub use world::{DT, HAND, TABLE, World};
+pub use world::{ARM, DT, HAND, TABLE, World};

@@ -4,7 +4,7 @@ use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::parry::query::contact;
 use rapier3d::prelude::{Collider, Pose as EnginePose, RigidBodyHandle};
 
-use crate::world::{HAND, TABLE, Tag, World};
+use crate::world::{ARM, HAND, TABLE, Tag, World};
 
 /// Two things that are inside each other.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,7 +27,7 @@ struct Placed<'a> {
 
 impl World {
     /// The two things that are deepest inside each other, by more than `allowed` metres. Beads, marks, and things that a joint keeps
-    /// from colliding are left out. `table` and `hand` are things, too.
+    /// from colliding are left out. `table`, `hand` and `arm` are things, too.
     pub fn overlap(&self, allowed: f64) -> Option<Overlap> {
         let solid: Vec<Placed> =
             self.physics.colliders.iter().filter_map(|(_, collider)| self.placed(collider)).collect();
@@ -74,16 +74,18 @@ impl World {
         match tag {
             Tag::Table => TABLE.to_owned(),
             Tag::Object(index) => self.entries[index].object.name.clone(),
-            _ => HAND.to_owned(),
+            Tag::Arm => ARM.to_owned(),
+            Tag::Hand | Tag::Bead => HAND.to_owned(),
         }
     }
 }
 
-/// The table first, then the objects as they were added, then the hand.
+/// The table first, then the objects as they were added, then the hand and the arm.
 fn order(tag: Tag) -> usize {
     match tag {
         Tag::Table => 0,
         Tag::Object(index) => index + 1,
-        _ => usize::MAX,
+        Tag::Hand | Tag::Bead => usize::MAX - 1,
+        Tag::Arm => usize::MAX,
     }
 }

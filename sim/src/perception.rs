@@ -1,16 +1,19 @@
 //! What can be seen and felt in a world.
 
-use nalgebra::Point3;
-use rapier3d::geometry::BoundingVolume;
+use nalgebra::{Point3, Vector3};
+use rapier3d::geometry::{BoundingVolume, ContactPair};
 use rapier3d::prelude::{ColliderHandle, RigidBodyHandle};
 
 use crate::frame::{Pose, from_engine, from_engine_vector};
 use crate::hand::Gripper;
 use crate::object::Object;
-use crate::world::{DT, HAND, TABLE, World};
+use crate::world::{ARM, DT, Entry, HAND, TABLE, World};
 
 /// An object whose origin is this much above the rim still counts as inside, metres: a block on top of another in a bin.
 const ABOVE_RIM: f64 = 0.02;
+
+/// A finger squeezes if its normal force points within 45° of the other finger: the cosine.
+const SQUEEZE_PART: f64 = core::f64::consts::FRAC_1_SQRT_2;
 
 impl World {
     /// Names of the objects, in the order in which they were added.
@@ -71,24 +74,31 @@ impl World {
         self.hand.force()
     }
 
-    /// Normal force of each finger on the object in newtons, in the last step. It is held if both are above a threshold.
+    /// How hard each finger presses on the object towards the other finger, in newtons, in the last step: the part of its normal force along
+    /// the closing axis. It is held if both are above a threshold; tips that stand on a thing, or push it, press on it and do not hold it.
     pub fn grip_force(&self, object: &str) -> [f64; 2] {
         let Some(body) = self.body(object) else {
             return [0.0; 2];
         };
+        let closing = self.tcp().rotation * Vector3::y();
         let [_, left, right] = *self.hand.colliders();
-        [left, right].map(|finger| {
-            let impulse: f32 = self
-                .physics
-                .contact_pairs_with(finger)
-                .filter(|pair| {
-                    let other = if pair.collider1 == finger { pair.collider2 } else { pair.collider1 };
-                    self.physics.colliders[other].parent() == Some(body) && pair.has_any_active_contact()
-                })
-                .map(|pair| pair.total_impulse_magnitude())
-                .sum();
-            f64::from(impulse) / DT
+        [(left, -closing), (right, closing)].map(|(finger, inward)| {
+            let on_object = |pair: &ContactPair| {
+                let (other, sign) =
+                    if pair.collider1 == finger { (pair.collider2, 1.0) } else { (pair.collider1, -1.0) };
+                let is_it = self.physics.colliders[other].parent() == Some(body) && pair.has_any_active_contact();
+                let impulse = from_engine_vector(pair.total_impulse()) * sign;
+                let squeeze = impulse.dot(&inward);
+                (is_it && squeeze >= SQUEEZE_PART * impulse.norm()).then_some(squeeze)
+            };
+            self.physics.contact_pairs_with(finger).filter_map(on_object).sum::<f64>().max(0.0) / DT
         })
+    }
+
+    /// The objects on which both fingers press, by index.
+    pub(crate) fn held(&self) -> Vec<usize> {
+        let pressed = |entry: &Entry| self.grip_force(&entry.object.name).iter().all(|force| *force > 0.0);
+        self.entries.iter().enumerate().filter(|(_, entry)| pressed(entry)).map(|(index, _)| index).collect()
     }
 
     /// Centres of all beads in metres, world frame, in the order in which they were put in.
@@ -117,7 +127,7 @@ impl World {
         }
     }
 
-    /// Whether two things touch. `table` and `hand` are names, too.
+    /// Whether two things touch. `table`, `hand` and `arm` are names, too.
     pub fn touching(&self, a: &str, b: &str) -> bool {
         let (first, second) = (self.colliders_of(a), self.colliders_of(b));
         first.iter().any(|&collider| {
@@ -132,6 +142,7 @@ impl World {
         match name {
             TABLE => vec![self.table],
             HAND => self.hand.colliders().to_vec(),
+            ARM => self.arm.as_ref().map(|arm| arm.colliders.clone()).unwrap_or_default(),
             _ => self.body(name).map(|body| self.physics.bodies[body].colliders().to_vec()).unwrap_or_default(),
         }
     }

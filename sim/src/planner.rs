@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::arm::plan::Unplanned;
 use crate::error::SimError;
-use crate::frame::{Pose, angle_of, between};
+use crate::frame::Pose;
 use crate::object::{check_pose, within};
 use crate::world::{DT, HAND, World, steps_in};
 
@@ -23,6 +24,9 @@ const MAX_GUARD: f64 = 1e3;
 const GUARD_AFTER: usize = 12;
 /// A stopped hand goes back to where it was so many steps before, or it would go on pressing.
 const BACK_OFF: usize = 4;
+/// One that is aborted goes back the way it came until the force is below the guard's again, for at most so many steps: a palm that still
+/// presses with the limit's force would abort whatever comes next.
+const RETREAT: usize = 60;
 /// How long it then stays there, in seconds.
 const BACK_OFF_HOLD: f64 = 0.05;
 
@@ -63,37 +67,71 @@ pub enum MotionEnd {
         /// Force on the hand in newtons when it stopped.
         force: f64,
     },
+    /// The arm cannot hold the hand at the target: nothing has moved.
+    OutOfReach,
+    /// The arm could, but no way there was found on which it runs into nothing: nothing has moved.
+    NoPlan,
+}
+
+impl MotionEnd {
+    /// Whether a skill goes on after such an end: the target was reached, or the guard stopped the hand before it.
+    pub fn goes_on(&self) -> bool {
+        matches!(self, MotionEnd::Reached | MotionEnd::Guarded { .. })
+    }
 }
 
 impl World {
     /// Moves the hand to `target` (pose of the tool centre point): straight in position, spherical in rotation, at most 0.25 m/s and 1.5 rad/s.
     ///
-    /// The motion ends early when the hand meets with more resistance than the guard allows ([`Guard`], 30 N unless set; see [`MotionEnd`]). `observer` is called after each step.
+    /// An arm that carries the hand must be able to follow ([`World::mount`]). Where it cannot, or would run into something, it finds a way
+    /// round; the motion is slower where a joint could not keep up.
+    ///
+    /// The motion ends early when the hand meets with more resistance than the guard allows ([`Guard`], 30 N unless set; see [`MotionEnd`]), or
+    /// its palm with something that nothing moves. `observer` is called after each step.
     pub fn move_hand(&mut self, target: Pose, observer: &mut dyn FnMut(&World)) -> MotionEnd {
         let mut rest = self.hand_force();
         if check_pose(HAND, &target).is_err() {
             return MotionEnd::Aborted { force: rest };
         }
-        let start = *self.hand.target();
-        let distance = (target.translation.vector - start.translation.vector).norm();
-        let angle = angle_of(&(start.rotation.inverse() * target.rotation));
-        let course = Course::new((distance / MAX_SPEED).max(angle / MAX_TURN));
-        let mut passed = vec![start];
+        let route = match self.plan(target) {
+            Ok(route) => route,
+            Err(Unplanned::OutOfReach) => return MotionEnd::OutOfReach,
+            Err(Unplanned::NoPlan) => return MotionEnd::NoPlan,
+        };
+        let course = Course::new(route.length());
+        let mut passed = vec![route.at(0.0)];
+        // A palm that is in something fixed already may leave.
+        let mut may_block = !self.hand.is_blocked(&self.physics);
         for step in 1..=course.steps {
-            let pose = if step == course.steps { target } else { between(&start, &target, course.way(step)) };
-            self.hand.aim(pose);
-            passed.push(pose);
+            let place = route.at(if step == course.steps { 1.0 } else { course.way(step) });
+            self.aim(&place);
+            passed.push(place);
             self.step();
             observer(self);
             let force = self.hand_force();
             // What is left of an earlier blow dies away; the guard is set to what remains.
             rest = rest.min(force);
-            let aborted = force > self.guard.abort;
-            if aborted || (step > GUARD_AFTER && force - rest > self.guard.rise) {
-                let back = passed[passed.len().saturating_sub(1 + BACK_OFF)];
-                self.hand.aim(back);
+            let risen = force - rest > self.guard.rise;
+            let is_blocked = self.hand.is_blocked(&self.physics);
+            let blocks = is_blocked && may_block;
+            may_block |= !is_blocked;
+            // A hand that something presses on already may leave: only what this motion adds aborts it.
+            if force > self.guard.abort && risen {
+                for place in passed.iter().rev().take(RETREAT) {
+                    self.aim(place);
+                    self.step();
+                    observer(self);
+                    if self.hand_force() < self.guard.rise {
+                        break;
+                    }
+                }
                 self.hold(BACK_OFF_HOLD, observer);
-                return if aborted { MotionEnd::Aborted { force } } else { MotionEnd::Guarded { force } };
+                return MotionEnd::Aborted { force };
+            }
+            if blocks || (step > GUARD_AFTER && risen) {
+                self.aim(&passed[passed.len().saturating_sub(1 + BACK_OFF)]);
+                self.hold(BACK_OFF_HOLD, observer);
+                return MotionEnd::Guarded { force };
             }
         }
         MotionEnd::Reached

@@ -10,6 +10,7 @@ use rapier3d::prelude::{
 };
 use serde::{Deserialize, Serialize};
 
+use crate::arm::Arm;
 use crate::beads::Beads;
 use crate::error::SimError;
 use crate::frame::{self, Pose, from_engine, to_engine, to_engine_vector};
@@ -18,6 +19,7 @@ use crate::magnet::{Bond, Magnet};
 use crate::object::{Motion, Object, WORKSHOP, check_pose, within};
 use crate::planner::Guard;
 use crate::push::Push;
+use crate::route::Place;
 use crate::slide::Guide;
 
 /// Duration of a step in seconds. At 120 Hz a full pitcher slips 10 mm in the hand.
@@ -26,6 +28,8 @@ pub const DT: f64 = 1.0 / 240.0;
 pub const TABLE: &str = "table";
 /// The name by which [`World::touching`] knows the hand.
 pub const HAND: &str = "hand";
+/// The name by which [`World::touching`] knows the arm.
+pub const ARM: &str = "arm";
 
 /// Metres per second per second.
 const GRAVITY: f32 = 9.81;
@@ -43,6 +47,10 @@ const SOLVER_ITERATIONS: usize = 4;
 const MOST_ITERATIONS: usize = 64;
 /// Half extents of the table in metres: wide enough that a spilled bead comes to rest on it.
 const TABLE_HALF: [f32; 3] = [1.5, 1.5, 0.05];
+/// Half extents of the floor in metres, and how far its top is below the table's: what flies off the table comes to rest.
+const FLOOR_HALF: [f32; 3] = [4.0, 4.0, 0.05];
+/// See [`FLOOR_HALF`].
+const FLOOR_BELOW: f32 = 0.75;
 /// Friction of the table's top.
 const TABLE_FRICTION: f32 = 0.6;
 /// Where the tool centre point is in a new world: 30 cm above the middle of the table.
@@ -57,6 +65,8 @@ pub(crate) enum Tag {
     Table,
     /// Palm or finger.
     Hand,
+    /// A link of the arm.
+    Arm,
     /// A bead.
     Bead,
     /// The object of this index.
@@ -69,7 +79,8 @@ impl Tag {
             Tag::Table => 0,
             Tag::Hand => 1,
             Tag::Bead => 2,
-            Tag::Object(index) => 3 + index as u128,
+            Tag::Arm => 3,
+            Tag::Object(index) => 4 + index as u128,
         }
     }
 
@@ -78,7 +89,8 @@ impl Tag {
             0 => Tag::Table,
             1 => Tag::Hand,
             2 => Tag::Bead,
-            index => Tag::Object((index - 3) as usize),
+            3 => Tag::Arm,
+            index => Tag::Object((index - 4) as usize),
         }
     }
 }
@@ -100,6 +112,7 @@ pub struct World {
     pub(crate) names: BTreeMap<String, usize>,
     pub(crate) beads: Vec<RigidBodyHandle>,
     pub(crate) hand: Hand,
+    pub(crate) arm: Option<Arm>,
     bonds: Vec<Bond>,
     pushes: Vec<Push>,
     pub(crate) guides: Vec<Guide>,
@@ -134,6 +147,11 @@ impl World {
             RigidBodyBuilder::fixed().translation(Vector::new(0.0, 0.0, -z)),
             ColliderBuilder::cuboid(x, y, z).friction(TABLE_FRICTION).user_data(Tag::Table.encode()),
         );
+        let [x, y, z] = FLOOR_HALF;
+        physics.insert(
+            RigidBodyBuilder::fixed().translation(Vector::new(0.0, 0.0, -FLOOR_BELOW - z)),
+            ColliderBuilder::cuboid(x, y, z).friction(TABLE_FRICTION).user_data(Tag::Table.encode()),
+        );
         let hand = Hand::build(&mut physics, frame::pose_at(HOME, Default::default()));
         World {
             physics,
@@ -141,6 +159,7 @@ impl World {
             names: BTreeMap::new(),
             beads: Vec::new(),
             hand,
+            arm: None,
             bonds: Vec::new(),
             pushes: Vec::new(),
             guides: Vec::new(),
@@ -153,10 +172,10 @@ impl World {
     /// Puts an object into the world, at rest. `pose` is that of its frame (see [`Object`]).
     ///
     /// # Errors
-    /// The name is taken (`table` and `hand` always are), the pose is not finite or more than 5 m away, or a dimension or a property of the
+    /// The name is taken (`table`, `hand` and `arm` always are), the pose is not finite or more than 5 m away, or a dimension or a property of the
     /// material is impossible.
     pub fn add(&mut self, object: Object, pose: Pose) -> Result<(), SimError> {
-        if object.name == TABLE || object.name == HAND || self.names.contains_key(&object.name) {
+        if [TABLE, HAND, ARM].contains(&object.name.as_str()) || self.names.contains_key(&object.name) {
             return Err(SimError::DuplicateName { object: object.name });
         }
         object.check()?;
@@ -247,10 +266,19 @@ impl World {
 
     /// Puts the hand elsewhere at once, at rest, the pads `opening` metres apart (clamped to what it can do).
     ///
-    /// For setting up a scene: nothing checks whether something is in the way. A target that is not finite, or further than 5 m away, is ignored.
+    /// For setting up a scene, before an arm is mounted: nothing checks whether something is in the way. A target that is not finite, or
+    /// further than 5 m away, is ignored, as is any once there is an arm.
     pub fn place_gripper(&mut self, tcp: Pose, opening: f64) {
-        if check_pose(HAND, &tcp).is_ok() && opening.is_finite() {
+        if check_pose(HAND, &tcp).is_ok() && opening.is_finite() && self.arm.is_none() {
             self.hand.place(&mut self.physics, tcp, opening);
+        }
+    }
+
+    /// Where hand and arm are to be after the next step.
+    pub(crate) fn aim(&mut self, place: &Place) {
+        self.hand.aim(place.tcp);
+        if let (Some(arm), Some(configuration)) = (&mut self.arm, place.configuration) {
+            arm.configuration = configuration;
         }
     }
 
@@ -276,9 +304,12 @@ impl World {
         Ok(())
     }
 
-    /// One step of 1/240 s: the hand's controller, magnets, pushes, physics.
+    /// One step of 1/240 s: the controllers of hand and arm, magnets, pushes, physics.
     pub fn step(&mut self) {
         self.hand.drive(&mut self.physics);
+        if let Some(arm) = &self.arm {
+            arm.drive(&mut self.physics);
+        }
         for bond in &self.bonds {
             for index in [bond.a, bond.b] {
                 let body = &mut self.physics.bodies[self.entries[index].body];
@@ -295,7 +326,7 @@ impl World {
         self.physics.step();
         let (physics, entries) = (&mut self.physics, &self.entries);
         self.pushes.retain(|push| !push.finish(physics, entries[push.object].body));
-        self.hand.feel(&self.physics);
+        self.hand.feel(&self.physics, self.arm.as_ref().map_or(&[], |arm| &arm.colliders));
         self.steps += 1;
     }
 
@@ -324,6 +355,7 @@ impl World {
             names: self.names.clone(),
             beads: self.beads.clone(),
             hand: self.hand.clone(),
+            arm: self.arm.clone(),
             bonds: self.bonds.clone(),
             pushes: self.pushes.clone(),
             guides: self.guides.clone(),

@@ -1,0 +1,144 @@
+//! What an arm must not run into: the table, the objects, and itself.
+
+use rapier3d::geometry::SharedShape;
+use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
+use rapier3d::parry::query::{contact, intersection_test};
+use rapier3d::prelude::{PhysicsWorld, Pose as EnginePose};
+
+use crate::arm::Arm;
+use crate::arm::kinematics::{Configuration, Posture};
+use crate::arm::model::{ArmModel, JOINTS};
+use crate::error::SimError;
+use crate::frame::{Pose, to_engine};
+use crate::world::{Tag, World};
+
+/// Links so near to each other along the arm meet at a joint and are never tested against each other.
+const NEIGHBOURS: usize = 2;
+/// The first of the links that can reach anything: the pedestal and the turret stay where they are.
+const FIRST: usize = 2;
+/// On a way round, hand and load may be so deep in the scene, metres: what stands on the table or is about to be put there touches it.
+const TOUCH: f32 = 3e-3;
+
+/// A shape with its place.
+struct Placed {
+    shape: SharedShape,
+    pose: EnginePose,
+    bounds: Aabb,
+}
+
+impl Placed {
+    fn new(shape: SharedShape, pose: EnginePose) -> Placed {
+        let bounds = shape.compute_aabb(&pose);
+        Placed { shape, pose, bounds }
+    }
+
+    fn meets(&self, other: &Placed) -> bool {
+        // The engine answers for all pairs of convex shapes; a pair that it did not know would count as free, as it is to the physics.
+        self.bounds.intersects(&other.bounds)
+            && intersection_test(&self.pose, &*self.shape, &other.pose, &*other.shape)
+                .is_ok_and(|intersection| intersection.intersecting)
+    }
+
+    fn is_deep_in(&self, other: &Placed) -> bool {
+        self.bounds.intersects(&other.bounds)
+            && contact(&self.pose, &*self.shape, &other.pose, &*other.shape, 0.0)
+                .is_ok_and(|contact| contact.is_some_and(|contact| -contact.dist > TOUCH))
+    }
+}
+
+/// The shells of an arm in the engine's words, each in the frame of its link: of the mount, of the link after each joint, and of the hand.
+#[derive(Clone)]
+pub(crate) struct Shells(Vec<Vec<(SharedShape, EnginePose)>>);
+
+impl Shells {
+    pub(crate) fn new(model: &ArmModel) -> Result<Shells, SimError> {
+        let mut all = Vec::with_capacity(JOINTS + 2);
+        for parts in &model.shells {
+            let parts = parts.iter().map(|part| {
+                let (shape, upright) = part.shape.engine(&model.name)?;
+                Ok((shape, to_engine(&part.pose) * upright))
+            });
+            all.push(parts.collect::<Result<Vec<_>, SimError>>()?);
+        }
+        Ok(Shells(all))
+    }
+
+    pub(crate) fn of_link(&self, link: usize) -> &[(SharedShape, EnginePose)] {
+        self.0.get(link).map_or(&[], Vec::as_slice)
+    }
+}
+
+/// The scene as it is at the beginning of a motion.
+pub(crate) struct Obstacles<'a> {
+    model: &'a ArmModel,
+    shells: &'a Shells,
+    /// Palm and fingers in the frame of the tool centre point, the fingers where they are now.
+    hand: Vec<(SharedShape, EnginePose)>,
+    /// What is in the hand, in the same frame.
+    load: Vec<(SharedShape, EnginePose)>,
+    scene: Vec<Placed>,
+}
+
+impl<'a> Obstacles<'a> {
+    /// All that is solid but beads, which give way, and what is in the hand, which goes where the hand goes.
+    pub(crate) fn new(world: &World, arm: &'a Arm) -> Obstacles<'a> {
+        let held = world.held();
+        let tcp = to_engine(&world.hand.tcp(&world.physics)).inverse();
+        let (mut scene, mut load) = (Vec::new(), Vec::new());
+        for (_, collider) in world.physics.colliders.iter() {
+            let shape = collider.shared_shape().clone();
+            let place = place(&world.physics, collider);
+            let is_solid = collider.collision_groups().memberships.bits() != 0;
+            match Tag::decode(collider.user_data) {
+                Tag::Object(index) if held.contains(&index) => load.push((shape, tcp * place)),
+                Tag::Table | Tag::Object(_) if is_solid => scene.push(Placed::new(shape, place)),
+                Tag::Table | Tag::Object(_) | Tag::Hand | Tag::Arm | Tag::Bead => {}
+            }
+        }
+        let hand = world.hand.colliders().iter().map(|handle| {
+            let collider = &world.physics.colliders[*handle];
+            (collider.shared_shape().clone(), tcp * place(&world.physics, collider))
+        });
+        Obstacles { model: &arm.model, shells: &arm.shells, hand: hand.collect(), load, scene }
+    }
+
+    /// Whether hand and load, too, are free of the scene at this configuration.
+    pub(crate) fn are_clear_of_all(&self, configuration: &Configuration) -> bool {
+        let tcp = self.model.tcp(configuration);
+        let mut carried = place_all(&self.hand, &tcp);
+        carried.extend(place_all(&self.load, &tcp));
+        let is_deep = |carried: &Placed| self.scene.iter().any(|obstacle| carried.is_deep_in(obstacle));
+        !carried.iter().any(is_deep) && self.are_clear_of(configuration)
+    }
+
+    /// Whether the arm at this configuration meets neither the scene nor itself. The hand is tested against the arm alone.
+    pub(crate) fn are_clear_of(&self, configuration: &Configuration) -> bool {
+        let Posture { links, tcp } = self.model.posture(configuration);
+        let frames: Vec<Pose> = std::iter::once(self.model.mount).chain(links).collect();
+        let mut placed: Vec<Vec<Placed>> =
+            frames.iter().enumerate().map(|(link, frame)| place_all(self.shells.of_link(link), frame)).collect();
+        placed.push(place_all(&self.hand, &tcp));
+        let hand = placed.len() - 1;
+        for (index, link) in placed.iter().enumerate() {
+            let meets = |others: &[Placed]| link.iter().any(|shell| others.iter().any(|other| shell.meets(other)));
+            if (FIRST..hand).contains(&index) && meets(&self.scene) {
+                return false;
+            }
+            if placed[..index.saturating_sub(NEIGHBOURS)].iter().any(|other| meets(other)) {
+                return false;
+            }
+        }
+        true
+    }
+}
+
+fn place_all(shells: &[(SharedShape, EnginePose)], frame: &Pose) -> Vec<Placed> {
+    let frame = to_engine(frame);
+    shells.iter().map(|(shape, local)| Placed::new(shape.clone(), frame * *local)).collect()
+}
+
+/// Where a collider's body has it now; the engine's own note of it is that of the last step.
+fn place(physics: &PhysicsWorld, collider: &rapier3d::geometry::Collider) -> EnginePose {
+    let body = collider.parent().map(|body| *physics.bodies[body].position());
+    body.zip(collider.position_wrt_parent()).map_or(*collider.position(), |(body, local)| body * *local)
+}

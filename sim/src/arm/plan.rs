@@ -1,0 +1,108 @@
+//! From where the hand is to a pose: straight where the arm can follow, else by a way round.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::arm::connect::Space;
+use crate::arm::kinematics::Configuration;
+use crate::arm::obstacles::Obstacles;
+use crate::arm::{Arm, ArmModel};
+use crate::frame::{Pose, angle_of, between};
+use crate::route::Route;
+use crate::world::World;
+
+/// On a straight way the arm is looked at so often: metres…
+const PIECE: f64 = 0.01;
+/// …and radians of the hand's turn.
+const PIECE_TURN: f64 = 0.06;
+/// A joint that would have to turn by more than this from one look to the next cannot follow, radians.
+const JUMP: f64 = 0.35;
+/// Goals of the search: so many different configurations at the target.
+const GOALS: usize = 3;
+/// Two configurations nearer than this are one, radians.
+const SAME: f64 = 1e-3;
+/// The search is given up after so many iterations. A count and not a time: the same plan on every machine.
+const ITERATIONS: usize = 3000;
+/// Attempts to shorten what was found.
+const SHORTCUTS: usize = 80;
+
+/// Why there is no way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Unplanned {
+    /// No angles within the joints' ranges put the hand there.
+    OutOfReach,
+    /// The arm can hold the hand there, but would run into something, there or on every way that was tried.
+    NoPlan,
+}
+
+impl World {
+    /// The hand's way to a pose: straight, unless an arm carries it and cannot follow.
+    pub(crate) fn plan(&mut self, to: Pose) -> Result<Route, Unplanned> {
+        let from = *self.hand.target();
+        let Some(arm) = &mut self.arm else { return Ok(Route::free(from, to)) };
+        let seed = arm.next_seed();
+        let arm = self.arm.as_ref().expect("it was there just now");
+        let obstacles = Obstacles::new(self, arm);
+        // On the straight way hand and load may touch things, for that is what they are there for; the guard watches over them.
+        let is_followed = |configuration: &Configuration| obstacles.are_clear_of(configuration);
+        if let Some(joints) = arm.follow(&from, &to, &is_followed) {
+            return Ok(Route::straight(from, to, joints, &arm.model));
+        }
+        // A way round leads through the free, wherever it may.
+        let is_free = |configuration: &Configuration| obstacles.are_clear_of_all(configuration);
+        let way = arm.way_round(&to, seed, &is_free)?;
+        Ok(Route::through(&way, to, &arm.model))
+    }
+}
+
+impl Arm {
+    /// The configurations on the straight way from where the arm is, if it can follow.
+    fn follow(&self, from: &Pose, to: &Pose, is_free: &dyn Fn(&Configuration) -> bool) -> Option<Vec<Configuration>> {
+        let distance = (to.translation.vector - from.translation.vector).norm();
+        let angle = angle_of(&(from.rotation.inverse() * to.rotation));
+        let pieces = libm::ceil((distance / PIECE).max(angle / PIECE_TURN)).max(1.0) as usize;
+        let mut joints = vec![self.configuration];
+        for piece in 1..=pieces {
+            let target = if piece == pieces { *to } else { between(from, to, piece as f64 / pieces as f64) };
+            let before = joints[piece - 1];
+            let next = self.model.solve(&target, &before, &self.rest)?;
+            if (next - before).amax() > JUMP || !is_free(&next) {
+                return None;
+            }
+            joints.push(next);
+        }
+        Some(joints)
+    }
+
+    /// A way to the target through the joints' angles.
+    fn way_round(
+        &self,
+        to: &Pose,
+        seed: u64,
+        is_free: &dyn Fn(&Configuration) -> bool,
+    ) -> Result<Vec<Configuration>, Unplanned> {
+        let mut found: Vec<Configuration> = self.model.solutions(to, &self.configuration, &self.rest, seed).collect();
+        if found.is_empty() {
+            return Err(Unplanned::OutOfReach);
+        }
+        // Those from which the arm can go on best are nearest to its rest; the sort is stable, so equals stay in the order of the draws.
+        found.sort_by(|a, b| (a - self.rest).norm_squared().total_cmp(&(b - self.rest).norm_squared()));
+        let mut goals: Vec<Configuration> = Vec::new();
+        for goal in found {
+            if goals.len() < GOALS && goals.iter().all(|known| (known - goal).amax() > SAME) && is_free(&goal) {
+                goals.push(goal);
+            }
+        }
+        let (lower, upper) = bounds(&self.model);
+        let space = Space { lower, upper, is_free };
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let way = space.connect(&self.configuration, &goals, ITERATIONS, &mut rng).ok_or(Unplanned::NoPlan)?;
+        Ok(space.shorten(way, SHORTCUTS, &mut rng))
+    }
+}
+
+/// The least and the greatest angles.
+fn bounds(model: &ArmModel) -> (Configuration, Configuration) {
+    let bound = |of: fn(&crate::arm::Joint) -> f64| Configuration::from_fn(|joint, _| of(&model.joints[joint]));
+    (bound(|joint| joint.lower), bound(|joint| joint.upper))
+}
