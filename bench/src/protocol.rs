@@ -100,6 +100,13 @@ impl Protocol {
         Self::parse(&text, path)
     }
 
+    /// The same protocol with nothing to carry the hand, under a name of its own: its runs are other runs.
+    #[must_use]
+    pub fn without_arm(self) -> Self {
+        let source = format!("# Run with --plant hand, as `{}-hand`.\n{}", self.name, self.source);
+        Self { name: format!("{}-hand", self.name), source, ..self }
+    }
+
     /// Reads a protocol from the text of a file; `path` is for messages.
     ///
     /// # Errors

@@ -26,6 +26,10 @@ pub enum Ended {
     ReferenceAbsent,
     /// A motion was aborted: the force on the hand was too great.
     Aborted,
+    /// The arm could not hold the hand at a keyframe.
+    OutOfReach,
+    /// No way to a keyframe was found on which the arm runs into nothing.
+    NoPlan,
     /// Time was up, or too many primitives ran.
     TimeOut,
     /// The watching teacher stopped the robot, for this reason.
@@ -41,6 +45,8 @@ impl fmt::Display for Ended {
             Self::NoConfidentChild => "no confident child",
             Self::ReferenceAbsent => "reference absent",
             Self::Aborted => "aborted",
+            Self::OutOfReach => "out of reach",
+            Self::NoPlan => "no plan",
             Self::TimeOut => "time-out",
             Self::Stopped(reason) => reason,
             Self::Spoilt => "spoilt",
@@ -174,6 +180,8 @@ fn perform(
         episode.reached_keyframe(reference, index);
         match end {
             MotionEnd::Aborted { .. } => return Some(Ended::Aborted),
+            MotionEnd::OutOfReach => return Some(Ended::OutOfReach),
+            MotionEnd::NoPlan => return Some(Ended::NoPlan),
             MotionEnd::Guarded { .. } => {
                 if let Some(reason) = watch.stops(episode, Moment::Guard, reference) {
                     return Some(reason);

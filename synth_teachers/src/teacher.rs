@@ -198,7 +198,7 @@ fn perform(
 
 /// Whether a motion that ended so ends the skill.
 fn is_over(end: MotionEnd) -> bool {
-    matches!(end, MotionEnd::Aborted { .. })
+    !end.goes_on()
 }
 
 /// The keyframes that a teacher gives on the way to the target and need not give.

@@ -13,6 +13,7 @@ use crate::file::{
     StartFile, TaskFile, VariationFile,
 };
 use crate::key::{Document, Key};
+use crate::plant::Plant;
 use crate::predicate::{GRIPPER, Predicate, Role};
 use crate::sequence::Sequence;
 use crate::setting::{Edit, Event, HandStart, Happening, Intervention, Placed, Setting, Start};
@@ -197,6 +198,7 @@ impl<'a> Builder<'a> {
             interventions,
             time_limit,
             guard,
+            plant: Plant::default(),
             solver_iterations: file.solver_iterations,
             hand: HandStart { at: file.gripper.at, open: file.gripper.open },
             sizes,

@@ -72,7 +72,7 @@ impl Episode {
     /// Moves the hand to `target` (of the TCP, world frame), gives the gripper its command and half a second to obey, then waits `hold` seconds.
     ///
     /// The way is straight, but for a rise of more than [`RISE_FIRST`] without a turn: that goes up first and then over.
-    /// A motion that the guard stops is over, and the rest follows; after one that is aborted nothing does. `observer` sees each step.
+    /// A motion that the guard stops is over, and the rest follows; after one that is aborted or cannot be made nothing does. `observer` sees each step.
     pub fn perform(
         &mut self,
         target: &Pose,
@@ -89,13 +89,16 @@ impl Episode {
             observer(world);
         };
         let end = match above(&self.world.tcp(), target) {
+            // Where the arm cannot go up first it goes as it can.
             Some(corner) => match self.world.move_hand(corner, &mut watch) {
-                MotionEnd::Reached => self.world.move_hand(*target, &mut watch),
+                MotionEnd::Reached | MotionEnd::OutOfReach | MotionEnd::NoPlan => {
+                    self.world.move_hand(*target, &mut watch)
+                }
                 stopped => stopped,
             },
             None => self.world.move_hand(*target, &mut watch),
         };
-        if !matches!(end, MotionEnd::Aborted { .. }) {
+        if end.goes_on() {
             if let Some(command) = gripper {
                 self.world.command(command);
                 self.world.hold(GRIP_SECONDS, &mut watch);

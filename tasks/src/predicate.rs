@@ -3,7 +3,7 @@
 use std::fmt;
 
 use nalgebra::Vector3;
-use situ_sim::World;
+use situ_sim::{Part, Shape, World};
 
 use crate::expression::{Argument, Call};
 use crate::shape::Sizes;
@@ -18,6 +18,9 @@ pub const UPRIGHT_TILT: f64 = 0.3;
 pub const REST_SPEED: f64 = 0.05;
 /// How far an object's origin may be below the top of what it is on, in metres: the give of contacts and of a plug in a rim.
 pub const ON_SLACK: f64 = 0.005;
+/// How far an object's origin must be below the rim of what it is inside, in metres: the origin of a lid lies at the rim that the lid is on, and
+/// contacts give.
+const INSIDE_MARGIN: f64 = 0.001;
 /// A button is pressed when it is at least this part of its travel in: half-way is clear of one that was only touched, and leaves as much
 /// room for one that is not pushed to its stop.
 pub const PRESSED_PART: f64 = 0.5;
@@ -29,11 +32,12 @@ pub const GRIPPER: &str = "gripper";
 /// Written as calls: `all(filled(bowl, 0.8), not(held(pitcher)))`.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Predicate {
-    /// `held(a)`: both fingers press on `a` with at least [`HELD_FORCE`].
+    /// `held(a)`: both fingers press on `a` from either side with at least [`HELD_FORCE`].
     Held(String),
-    /// `on(a, b)`: `a` touches `b`, and in the frame of `b` the origin of `a` is within its outline and not lower than its top.
+    /// `on(a, b)`: `a` touches `b`, and in the frame of `b` the origin of `a` is within its outline (both the circle and the rectangle that
+    /// hold it) and not lower than its top.
     On(String, String),
-    /// `inside(a, b)`: the origin of `a` is in the room inside the container `b`, not above its rim.
+    /// `inside(a, b)`: the origin of `a` is in the room inside the container `b`, a millimetre or more below its rim.
     Inside(String, String),
     /// `filled(c, fraction)`: at least this fraction of all beads is in the container `c`.
     Filled(String, f64),
@@ -119,12 +123,15 @@ impl Predicate {
             Predicate::On(a, b) => {
                 let offset = world.pose(b)?.inverse() * world.pose(a)?;
                 let (place, size) = (offset.translation.vector, sizes.get(b)?);
-                world.touching(a, b) && place.z >= size.top - ON_SLACK && place.xy().norm() <= size.reach
+                world.touching(a, b)
+                    && place.z >= size.top - ON_SLACK
+                    && place.xy().norm() <= size.reach
+                    && is_within_rectangle(&world.object(b)?.parts, &place)
             }
             Predicate::Inside(a, b) => {
                 let room = world.object(b)?.container?;
                 let place = (world.pose(b)?.inverse() * world.pose(a)?).translation.vector;
-                room.contains([place.x, place.y, place.z], 0.0)
+                room.contains([place.x, place.y, place.z], -INSIDE_MARGIN)
             }
             Predicate::Filled(container, fraction) => fill(world, container)? >= *fraction,
             Predicate::Upright(a, limit) => tilt(world, a)? <= *limit,
@@ -206,9 +213,35 @@ impl fmt::Display for Predicate {
     }
 }
 
-/// Both fingers press on the object.
+/// Both fingers press on the object from either side.
 fn is_held(world: &World, object: &str) -> bool {
     world.grip_force(object).iter().all(|&force| force >= HELD_FORCE)
+}
+
+/// Whether a place in the object's frame is above or below the upright rectangle that holds its parts. The circle about a plank alone would
+/// hold places beside its long sides, where nothing can lie on it.
+fn is_within_rectangle(parts: &[Part], place: &Vector3<f64>) -> bool {
+    [0, 1].iter().all(|&axis| {
+        let ends = parts.iter().map(|part| (part.pose.translation.vector[axis], half_extent(part, axis)));
+        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (middle, half)| {
+            (low.min(middle - half), high.max(middle + half))
+        });
+        (low..=high).contains(&place[axis])
+    })
+}
+
+/// How far a part reaches to either side of its middle along an axis of its object, in metres.
+fn half_extent(part: &Part, axis: usize) -> f64 {
+    let turn = part.pose.rotation.to_rotation_matrix();
+    let along = |half: [f64; 3]| (0..3).map(|k| turn[(axis, k)].abs() * half[k]).sum();
+    match part.shape {
+        Shape::Cuboid { half } => along(half),
+        Shape::Ball { radius } => radius,
+        // The box about it.
+        Shape::Cylinder { radius, half_height } | Shape::Prism { radius, half_height, .. } => {
+            along([radius, radius, half_height])
+        }
+    }
 }
 
 /// Where the origin of an object, or the gripper's TCP, is: metres, world frame.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::error::TaskError;
+use crate::plant::Plant;
 use crate::task::Task;
 
 /// The task files that are part of this crate.
@@ -51,6 +52,12 @@ impl Registry {
             self.add(Task::load(&file)?, &file)?;
         }
         Ok(self)
+    }
+
+    /// The same tasks with something else to carry the hand.
+    #[must_use]
+    pub fn with_plant(self, plant: Plant) -> Registry {
+        Registry { tasks: self.tasks.into_iter().map(|(name, task)| (name, task.with_plant(plant))).collect() }
     }
 
     fn add(&mut self, task: Task, file: &Path) -> Result<(), TaskError> {

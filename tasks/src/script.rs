@@ -22,6 +22,10 @@ pub enum Ending {
     OutOfTime,
     /// A watching teacher stopped it.
     Stopped,
+    /// The arm cannot hold the hand at a keyframe.
+    OutOfReach,
+    /// No way to a keyframe was found on which the arm runs into nothing.
+    NoPlan,
     /// The physics' numbers are no longer sound.
     Spoilt,
 }
@@ -33,6 +37,8 @@ impl fmt::Display for Ending {
             Ending::NoSkill => "had no skill left",
             Ending::OutOfTime => "ran out of time",
             Ending::Stopped => "was stopped",
+            Ending::OutOfReach => "was out of reach",
+            Ending::NoPlan => "found no plan",
             Ending::Spoilt => "spoilt the physics",
         })
     }
@@ -75,7 +81,10 @@ pub fn competent(episode: &mut Episode, observer: &mut dyn FnMut(&World)) -> Rec
             record.ending = Ending::OutOfTime;
             return record;
         }
-        perform_skill(episode, &skill, &mut record, &mut |_, _| false, observer);
+        if let Some(ending) = perform_skill(episode, &skill, &mut record, &mut |_, _| false, observer) {
+            record.ending = ending;
+            return record;
+        }
     }
 }
 
@@ -103,8 +112,8 @@ fn once(
             return record;
         }
         let mut stops_here = |episode: &Episode, moment| stops(episode, moment, &skill.reference);
-        if perform_skill(episode, &skill, &mut record, &mut stops_here, observer) {
-            record.ending = Ending::Stopped;
+        if let Some(ending) = perform_skill(episode, &skill, &mut record, &mut stops_here, observer) {
+            record.ending = ending;
             return record;
         }
     }
@@ -112,19 +121,20 @@ fn once(
     record
 }
 
-/// Performs a skill: freezes the frame of its reference object, then goes through its keyframes. True if `stops` said so on the way.
+/// Performs a skill: freezes the frame of its reference object, then goes through its keyframes. Says how the script ended if it did on the
+/// way: `stops` said so, or the arm cannot go on.
 fn perform_skill(
     episode: &mut Episode,
     skill: &Skill,
     record: &mut Record,
     stops: &mut dyn FnMut(&Episode, Moment) -> bool,
     observer: &mut dyn FnMut(&World),
-) -> bool {
+) -> Option<Ending> {
     if stops(episode, Moment::Before) {
-        return true;
+        return Some(Ending::Stopped);
     }
     record.skills.push(skill.name.clone());
-    let Some(frame) = episode.reference_pose(&skill.reference) else { return false };
+    let frame = episode.reference_pose(&skill.reference)?;
     for (index, keyframe) in skill.keyframes.iter().enumerate() {
         record.keyframes += 1;
         let end = episode.perform(&(frame * keyframe.pose), keyframe.gripper, keyframe.hold, observer);
@@ -132,16 +142,18 @@ fn perform_skill(
             MotionEnd::Reached => {}
             MotionEnd::Guarded { .. } => record.guarded += 1,
             MotionEnd::Aborted { .. } => record.aborted += 1,
+            MotionEnd::OutOfReach => return Some(Ending::OutOfReach),
+            MotionEnd::NoPlan => return Some(Ending::NoPlan),
         }
         if end != MotionEnd::Reached && stops(episode, Moment::Guard) {
-            return true;
+            return Some(Ending::Stopped);
         }
-        if matches!(end, MotionEnd::Aborted { .. }) {
+        if !end.goes_on() {
             break;
         }
         episode.reached_keyframe(&skill.reference, index);
     }
-    stops(episode, Moment::After)
+    stops(episode, Moment::After).then_some(Ending::Stopped)
 }
 
 /// Whether there is nothing more to do.

@@ -4,6 +4,7 @@ use serde::Deserialize;
 use situ_sim::{Beads, Guard, Magnet, Object, Slide, World};
 
 use crate::feature::Schema;
+use crate::plant::Plant;
 use crate::predicate::Predicate;
 use crate::shape::Sizes;
 use crate::skill::Skill;
@@ -179,6 +180,8 @@ pub struct Setting {
     pub solver_iterations: Option<usize>,
     /// Where the hand starts.
     pub hand: HandStart,
+    /// What carries it.
+    pub plant: Plant,
     /// The outlines of the objects.
     pub sizes: Sizes,
 }

@@ -3,9 +3,10 @@
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use situ_sim::{Motion, Object, Part, Pose, Shape, World, pose_at, rotation_about};
+use situ_sim::{ArmModel, Motion, Object, Part, Pose, Shape, SimError, World, pose_at, rotation_about};
 
 use crate::error::TaskError;
+use crate::plant::Plant;
 use crate::setting::{Placed, Setting};
 
 /// How often a place is drawn anew before the region counts as full.
@@ -19,6 +20,9 @@ pub(crate) const BORDER: &str = "border";
 const BORDER_AT: f64 = 0.9;
 /// Half of the border's height and thickness, in metres: more than any bead's radius.
 const BORDER_HALF: f64 = 0.02;
+
+/// The name of the stream of random numbers of the arm's planner; no object can have it.
+const PLANNER: &str = "the planner of the arm";
 
 /// A low wall all round. A spilled bead that rolled over the edge would fall for ever, and spoil the run as if the physics had failed.
 fn border() -> Object {
@@ -45,7 +49,7 @@ const PRESSED: f64 = 2e-3;
 pub(crate) fn world(setting: &Setting, seed: u64) -> Result<World, TaskError> {
     let refused = |source| TaskError::World { task: setting.label(), source };
     let mut world = World::new();
-    world.place_gripper(pose_at(setting.hand.at, Default::default()), setting.hand.open);
+    place_hand(setting, seed, &mut world).map_err(refused)?;
     let filled = setting.beads.as_ref().map(|(container, _)| container);
     let is_late = |placed: &&Placed| placed.start.on.is_some() && placed.start.on.as_ref() == filled;
     world.set_guard(setting.guard).map_err(refused)?;
@@ -82,6 +86,15 @@ pub(crate) fn check_places(setting: &Setting, seed: u64) -> Result<(), TaskError
         put(setting, placed, seed, &mut world)?;
     }
     check_apart(setting, seed, &world)
+}
+
+/// Puts the hand where it starts, and mounts what carries it.
+fn place_hand(setting: &Setting, seed: u64, world: &mut World) -> Result<(), SimError> {
+    world.place_gripper(pose_at(setting.hand.at, Default::default()), setting.hand.open);
+    match setting.plant {
+        Plant::Arm => world.mount(ArmModel::builtin(), stream(seed, PLANNER).random()),
+        Plant::Hand => Ok(()),
+    }
 }
 
 /// An error where two things are inside each other.

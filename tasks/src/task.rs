@@ -8,6 +8,7 @@ use crate::error::TaskError;
 use crate::feature::Schema;
 use crate::file::TaskFile;
 use crate::key::Document;
+use crate::plant::Plant;
 use crate::sequence::Sequence;
 use crate::setting::Setting;
 
@@ -50,6 +51,14 @@ impl Task {
     pub fn load(path: &Path) -> Result<Task, TaskError> {
         let text = std::fs::read_to_string(path).map_err(|source| TaskError::Read { path: path.to_owned(), source })?;
         Task::parse(&text, path)
+    }
+
+    /// The same task with something else to carry the hand.
+    #[must_use]
+    pub fn with_plant(self, plant: Plant) -> Task {
+        let carried = |setting: Arc<Setting>| Arc::new(Setting { plant, ..Arc::unwrap_or_clone(setting) });
+        let variations = self.variations.into_iter().map(carried).collect();
+        Task { original: carried(self.original), variations, ..self }
     }
 
     /// Its name.

@@ -20,7 +20,7 @@ pub struct Trial {
     pub competent: Attempt,
     /// The original script, which knows nothing of the variation.
     pub original: Attempt,
-    /// The original script until a watching teacher stops it, and the competent one from there; none where no edit is needed.
+    /// The original script until a watching teacher or the arm's planner stops it, and the competent one from there; none where no edit is needed.
     pub corrected: Option<Attempt>,
 }
 
@@ -64,10 +64,11 @@ pub fn trial(setting: &Arc<Setting>, seed: u64) -> Result<Trial, TaskError> {
     Ok(Trial { solved_at_start: start.succeeded(), odd_feature, competent, original, corrected })
 }
 
-/// The original script until a watching teacher stops it, then the competent one from there. One that is not stopped has not been corrected.
+/// The original script until a watching teacher or the arm's planner stops it, then the competent one from there. One that is not stopped
+/// has not been corrected.
 fn corrected(episode: &mut Episode, observer: &mut dyn FnMut(&World)) -> Record {
     let first = script::watched(episode, observer);
-    if first.ending != Ending::Stopped {
+    if !matches!(first.ending, Ending::Stopped | Ending::OutOfReach | Ending::NoPlan) {
         return first;
     }
     let mut second = script::competent(episode, observer);

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use situ_sim::World;
 use situ_tasks::script::{self, Ending};
-use situ_tasks::{Edit, Episode, Event, Happening, REST_SPEED, Registry, Setting, Skill};
+use situ_tasks::{Edit, Episode, Event, Happening, MotionEnd, Plant, REST_SPEED, Registry, Setting, Skill};
 
 /// Seeds of the runs that are repeated for each setting.
 const SEEDS: [u64; 1] = [1];
@@ -80,10 +80,41 @@ fn the_competent_script_succeeds_everywhere_and_the_original_only_where_no_edit_
 
             let mut episode = start(&setting, seed);
             let record = script::original(&mut episode, &mut unwatched);
-            let expected = if setting.edit == Edit::None { Ending::Succeeded } else { Ending::NoSkill };
-            assert_eq!(record.ending, expected, "{label} {seed}: {record:?}");
+            match setting.edit {
+                Edit::None => assert_eq!(record.ending, Ending::Succeeded, "{label} {seed}: {record:?}"),
+                _ => assert!(matches!(record.ending, Ending::NoSkill | Ending::NoPlan), "{label} {seed}: {record:?}"),
+            }
         }
     }
+}
+
+/// A hand that has been stopped hard used to go on pressing on what it had met with the force of the abort, and every later motion aborted
+/// at its first step. Some of these do not abort, and the last leave no room for a jam; but each runs into something.
+#[test]
+fn a_hand_that_ran_into_something_can_leave() {
+    let registry = Registry::builtin().expect("the library is sound").with_plant(Plant::Hand);
+    let collisions = [
+        ("sort_blocks", "high_bins"),
+        ("drawer", "pin"),
+        ("drawer", "stiff"),
+        ("drawer", "low_handle"),
+        ("stack", "tall_base"),
+        ("press", "shutter"),
+    ];
+    let mut aborted = 0;
+    for (task, variation) in collisions {
+        let setting = registry.get(task).and_then(|task| task.variation(Some(variation))).expect("it is there");
+        for seed in 0..3 {
+            let mut episode = start(&setting, seed);
+            aborted += script::original(&mut episode, &mut unwatched).aborted;
+            let mut up = episode.world().tcp();
+            up.translation.z += 0.15;
+            let end = episode.perform(&up, None, 0.2, &mut unwatched);
+            assert_eq!(end, MotionEnd::Reached, "{task}/{variation} {seed}");
+            assert!(episode.world().hand_force() < 10.0, "{task}/{variation} {seed}: it still presses");
+        }
+    }
+    assert!(aborted > 0, "nothing was hit hard");
 }
 
 #[test]
@@ -97,7 +128,8 @@ fn a_watching_teacher_stops_the_original_where_an_edit_is_needed_and_can_go_on_f
                 assert_eq!(record.ending, Ending::Succeeded, "{label} {seed}: there is nothing to stop");
                 continue;
             }
-            assert_eq!(record.ending, Ending::Stopped, "{label} {seed}: {record:?}");
+            // Or the arm finds no plan for what the original wants, which stops it as well.
+            assert!(matches!(record.ending, Ending::Stopped | Ending::NoPlan), "{label} {seed}: {record:?}");
             let record = script::competent(&mut episode, &mut unwatched);
             assert_eq!(record.ending, Ending::Succeeded, "{label} {seed}: corrected: {record:?}");
         }

@@ -89,15 +89,15 @@ fn pressed() {
                 let travel = episode.world().joint_travel(&format!("{housing}_cap")).expect("it slides");
                 let frame = episode.reference_pose(housing).expect("there");
                 confusion.count(episode.holds(&is_pressed), false);
-                // The fingers touch the cap with the TCP at x = -0.145.
-                go(&mut episode, &frame, [-0.20, 0.0, z], Some(Gripper::Close(10.0)));
+                // The fingers touch the cap with the TCP at x = -0.165.
+                go(&mut episode, &frame, [-0.22, 0.0, z], Some(Gripper::Close(10.0)));
                 let mut deepest: f64 = 0.0;
                 for way in [0.0, 0.006, 0.0135, 0.0165, 0.0135, 0.0165, 0.027, 0.0165, 0.0135] {
-                    go(&mut episode, &frame, [-0.145 + way, 0.0, z], None);
+                    go(&mut episode, &frame, [-0.165 + way, 0.0, z], None);
                     deepest = if spring > 0.0 { way } else { deepest.max(way) };
                     confusion.count(episode.holds(&is_pressed), deepest >= PRESSED_PART * travel);
                 }
-                go(&mut episode, &frame, [-0.20, 0.0, z], None);
+                go(&mut episode, &frame, [-0.22, 0.0, z], None);
                 confusion.count(episode.holds(&is_pressed), spring == 0.0);
             }
         }
@@ -112,17 +112,17 @@ fn a_finger_that_rebounds_presses_no_longer() {
     let mut episode = start("press", None, 0);
     let frame = episode.reference_pose("green").expect("there");
     for (x, gripper) in [
-        (-0.20, Some(Gripper::Close(10.0))),
-        (-0.125, None),
-        (-0.20, None),
-        (-0.20, Some(Gripper::Open(0.06))),
-        (-0.118, None),
+        (-0.22, Some(Gripper::Close(10.0))),
+        (-0.145, None),
+        (-0.22, None),
+        (-0.22, Some(Gripper::Open(0.06))),
+        (-0.138, None),
     ] {
         go(&mut episode, &frame, [x, 0.0, 0.09], gripper);
     }
     let mut rebounds = 0;
     let mut pressed = false;
-    episode.perform(&(frame * Pose::translation(-0.118, 0.0, 0.09)), Some(Gripper::Close(5.0)), 0.0, &mut |world| {
+    episode.perform(&(frame * Pose::translation(-0.138, 0.0, 0.09)), Some(Gripper::Close(5.0)), 0.0, &mut |world| {
         let apart = !world.touching("hand", "green_cap");
         rebounds += usize::from(pressed && apart);
         pressed = world.grip_force("green_cap").iter().any(|&force| force > 0.0);

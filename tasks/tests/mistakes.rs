@@ -164,7 +164,7 @@ fn joints_and_guard() {
     reports("damping = 120.0", "dampening = 120.0", "variation[1].joint[0].dampening", "unknown field");
     reports("rise = 60.0", "rise = 0.0", "guard.rise", "more than 0");
     reports("abort = 150.0", "abort = 50.0", "guard.abort", "at least `rise`, 60 newtons");
-    reports("solver_iterations = 16", "solver_iterations = 0", "solver_iterations", "expected 1 to 64");
+    reports("solver_iterations = 12", "solver_iterations = 0", "solver_iterations", "expected 1 to 64");
     reports("not(open(drawer, 0.02)), not(inside", "not(open(block, 0.02)), not(inside", "premise", "does not slide");
     reports(
         "not(open(drawer, 0.02)), not(inside",

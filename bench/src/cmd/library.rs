@@ -1,14 +1,33 @@
-//! Where tasks and teachers come from, beside those that come with the program: arguments that several verbs share.
+//! Where tasks and teachers come from, beside those that come with the program, and what carries the hand: arguments that several verbs share.
 
 use std::path::PathBuf;
 
-use clap::Args;
-use situ_tasks::Registry;
+use clap::{Args, ValueEnum};
+use situ_tasks::{Plant, Registry};
 use situ_teachers::Roster;
 
 use crate::error::BenchError;
 
-/// Tasks and teachers of one's own.
+/// What carries the hand.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Carrier {
+    /// An arm of seven joints, which can be out of reach and runs into things.
+    #[default]
+    Arm,
+    /// Nothing: the hand goes wherever it is told.
+    Hand,
+}
+
+impl From<Carrier> for Plant {
+    fn from(carrier: Carrier) -> Self {
+        match carrier {
+            Carrier::Arm => Self::Arm,
+            Carrier::Hand => Self::Hand,
+        }
+    }
+}
+
+/// Tasks and teachers of one's own, and what carries the hand.
 #[derive(Args, Clone, Debug, Default)]
 pub struct Library {
     /// A folder of task files (*.toml) to know beside the built-in tasks; may be given several times.
@@ -17,6 +36,9 @@ pub struct Library {
     /// A file of teacher profiles to know beside the built-in ones; may be given several times.
     #[arg(long, value_name = "FILE")]
     pub teachers: Vec<PathBuf>,
+    /// What carries the hand.
+    #[arg(long, value_enum, default_value_t)]
+    pub plant: Carrier,
 }
 
 impl Library {
@@ -26,7 +48,8 @@ impl Library {
     /// A folder or file that cannot be read, a mistake in a file, or a name that is taken.
     pub fn registry(&self) -> Result<Registry, BenchError> {
         let builtin = Registry::builtin()?;
-        Ok(self.tasks.iter().try_fold(builtin, |registry, folder| registry.with_dir(folder))?)
+        let registry = self.tasks.iter().try_fold(builtin, |registry, folder| registry.with_dir(folder))?;
+        Ok(registry.with_plant(self.plant.into()))
     }
 
     /// All teachers that are known.

@@ -9,7 +9,7 @@ use clap::Args;
 use indicatif::ProgressBar;
 
 use crate::archive::Archive;
-use crate::cmd::library::Library;
+use crate::cmd::library::{Carrier, Library};
 use crate::cmd::terminal;
 use crate::error::BenchError;
 use crate::files;
@@ -70,7 +70,7 @@ pub struct Run {
     /// Compares the records with the ledger in this folder, all but the times; exit status 1 where they differ.
     #[arg(long, value_name = "DIR")]
     pub check: Option<PathBuf>,
-    /// Tasks and teachers of one's own.
+    /// Tasks and teachers of one's own; without the arm the protocol is called `NAME-hand`.
     #[command(flatten)]
     pub library: Library,
 }
@@ -99,6 +99,7 @@ impl Run {
     /// Bad names and files; [`BenchError::Interrupted`]; [`BenchError::Differs`] from `--check`.
     pub fn run(&self) -> Result<String, BenchError> {
         let protocol = Protocol::find(&self.protocol)?;
+        let protocol = if self.library.plant == Carrier::Hand { protocol.without_arm() } else { protocol };
         let filter = Filter {
             tasks: self.task.clone(),
             variations: self.variation.clone(),

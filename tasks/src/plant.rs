@@ -1,0 +1,11 @@
+//! What carries the hand in an episode.
+
+/// What carries the hand.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Plant {
+    /// An arm of seven joints behind the table: motions keep to its reach, its joints' ranges and speeds, and it runs into things.
+    #[default]
+    Arm,
+    /// Nothing: the hand goes wherever it is told.
+    Hand,
+}
