@@ -81,6 +81,11 @@ impl Track {
         poses.into_iter().map_while(rest).collect()
     }
 
+    /// The steps, counted from 1.
+    pub fn steps(&self) -> Vec<usize> {
+        (1..=self.hand.len()).collect()
+    }
+
     /// Steps between two pictures of the film.
     fn film_every(&self) -> usize {
         let steps_a_second = libm::round(1.0 / situ_sim::DT) as usize;

@@ -71,8 +71,9 @@ pub struct Protocol {
 }
 
 /// The protocols that come with the program.
-const BUILTIN: [(&str, &str); 3] = [
+const BUILTIN: [(&str, &str); 4] = [
     ("quick", include_str!("../protocols/quick.toml")),
+    ("families", include_str!("../protocols/families.toml")),
     ("cost", include_str!("../protocols/cost.toml")),
     ("paper", include_str!("../protocols/paper.toml")),
 ];

@@ -56,14 +56,19 @@ fn a_demonstration_and_a_failure_become_pictures() {
     let printed = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let out = folder.path().join("a/b");
-    let [demonstration, failure, start, strip] =
-        ["demonstration", "failure", "start", "strip"].map(|what| format!("sort_blocks-bump-{what}.png"));
-    assert_eq!(names(&out), [&demonstration, &failure, &start, &strip].map(String::as_str));
+    let [demonstration, moments, failure, start, strip] =
+        ["demonstration", "failure-strip", "failure", "start", "strip"]
+            .map(|what| format!("sort_blocks-bump-{what}.png"));
+    assert_eq!(names(&out), [&demonstration, &moments, &failure, &start, &strip].map(String::as_str));
 
     let start = decoded(&out.join(start));
     assert_eq!((start.size, start.frames.len()), ([96, 60], 1));
+    let moments = decoded(&out.join(moments));
     let strip = decoded(&out.join(strip));
-    assert_eq!((strip.size, strip.frames.len()), ([8 * 48 + 7 * 4, 30], 1));
+    for strip in [&strip, &moments] {
+        assert_eq!((strip.size, strip.frames.len()), ([8 * 48 + 7 * 4, 30], 1));
+    }
+    assert_ne!(strip.frames[0], moments.frames[0], "the teacher's way and the original program's");
     let mut colors: Vec<&[u8]> = strip.frames[0].chunks(3).collect();
     colors.sort_unstable();
     colors.dedup();
@@ -72,7 +77,7 @@ fn a_demonstration_and_a_failure_become_pictures() {
     // The teacher picks again what was bumped away, and succeeds; the original program does not.
     assert!(printed.contains("pick_red_1, pick_red_1, place_red_1"), "{printed}");
     assert!(printed.contains("8 of 27 keyframes"), "{printed}");
-    let [shown, failed] = printed.split_once("original program").map(|(shown, failed)| [shown, failed]).unwrap();
+    let [shown, failed] = printed.split_once("original program: ").map(|(shown, failed)| [shown, failed]).unwrap();
     assert!(shown.contains("the goal holds: yes") && failed.contains("the goal holds: no"), "{printed}");
 
     // A film runs three times as fast, and its last picture stays for a second.

@@ -1,5 +1,7 @@
 //! What can be seen and felt in a world.
 
+use std::collections::BTreeSet;
+
 use nalgebra::{Point3, Vector3};
 use rapier3d::geometry::{BoundingVolume, ContactPair};
 use rapier3d::prelude::{ColliderHandle, RigidBodyHandle};
@@ -7,7 +9,7 @@ use rapier3d::prelude::{ColliderHandle, RigidBodyHandle};
 use crate::frame::{Pose, from_engine, from_engine_vector};
 use crate::hand::Gripper;
 use crate::object::Object;
-use crate::world::{ARM, DT, Entry, HAND, TABLE, World};
+use crate::world::{ARM, DT, Entry, HAND, TABLE, Tag, World};
 
 /// An object whose origin is this much above the rim still counts as inside, metres: a block on top of another in a bin.
 const ABOVE_RIM: f64 = 0.02;
@@ -95,10 +97,36 @@ impl World {
         })
     }
 
-    /// The objects on which both fingers press, by index.
-    pub(crate) fn held(&self) -> Vec<usize> {
-        let pressed = |entry: &Entry| self.grip_force(&entry.object.name).iter().all(|force| *force > 0.0);
-        self.entries.iter().enumerate().filter(|(_, entry)| pressed(entry)).map(|(index, _)| index).collect()
+    /// What goes where the hand goes, by index: the objects that it squeezes, and those that rest on them and on nothing else, as a lid does.
+    pub(crate) fn carried(&self) -> BTreeSet<usize> {
+        let squeezed = |entry: &Entry| self.grip_force(&entry.object.name).iter().all(|force| *force > 0.0);
+        let mut carried: BTreeSet<usize> =
+            (0..self.entries.len()).filter(|&index| squeezed(&self.entries[index])).collect();
+        while let Some(next) = (0..self.entries.len()).find(|index| {
+            let touched = || self.touched_by(*index);
+            !carried.contains(index)
+                && touched().any(|tag| matches!(tag, Tag::Object(other) if carried.contains(&other)))
+                && touched().all(|tag| match tag {
+                    Tag::Object(other) => carried.contains(&other),
+                    Tag::Hand | Tag::Bead => true,
+                    Tag::Table | Tag::Arm => false,
+                })
+        }) {
+            carried.insert(next);
+        }
+        carried
+    }
+
+    /// What an object touches, itself left out.
+    fn touched_by(&self, index: usize) -> impl Iterator<Item = Tag> + '_ {
+        let colliders = self.physics.bodies[self.entries[index].body].colliders();
+        let pairs = colliders.iter().flat_map(move |&collider| {
+            self.physics.contact_pairs_with(collider).filter(|pair| pair.has_any_active_contact()).map(move |pair| {
+                let other = if pair.collider1 == collider { pair.collider2 } else { pair.collider1 };
+                Tag::decode(self.physics.colliders[other].user_data)
+            })
+        });
+        pairs.filter(move |tag| *tag != Tag::Object(index))
     }
 
     /// Centres of all beads in metres, world frame, in the order in which they were put in.

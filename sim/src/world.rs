@@ -16,7 +16,7 @@ use crate::error::SimError;
 use crate::frame::{self, Pose, from_engine, to_engine, to_engine_vector};
 use crate::hand::{Gripper, Hand};
 use crate::magnet::{Bond, Magnet};
-use crate::object::{Motion, Object, WORKSHOP, check_pose, within};
+use crate::object::{Motion, Object, check_pose, within};
 use crate::planner::Guard;
 use crate::push::Push;
 use crate::route::Place;
@@ -47,9 +47,9 @@ const SOLVER_ITERATIONS: usize = 4;
 const MOST_ITERATIONS: usize = 64;
 /// Half extents of the table in metres: wide enough that a spilled bead comes to rest on it.
 const TABLE_HALF: [f32; 3] = [1.5, 1.5, 0.05];
-/// Half extents of the floor in metres, and how far its top is below the table's: what flies off the table comes to rest.
-const FLOOR_HALF: [f32; 3] = [4.0, 4.0, 0.05];
-/// See [`FLOOR_HALF`].
+/// Half extents of the floor in metres: a bead that is pinched flies off at 10 m/s, and comes to rest on it.
+const FLOOR_HALF: [f32; 3] = [50.0, 50.0, 0.05];
+/// How far the floor's top is below the table's, in metres.
 const FLOOR_BELOW: f32 = 0.75;
 /// Friction of the table's top.
 const TABLE_FRICTION: f32 = 0.6;
@@ -370,14 +370,14 @@ impl World {
         self.names.get(name).copied().ok_or_else(|| SimError::UnknownObject { object: name.to_owned() })
     }
 
-    /// Whether the world's numbers are still sound: nothing infinite, nothing that moves further than 5 m from the origin. Else the run is spoilt.
+    /// Whether the world's numbers are still sound: nothing infinite, nothing beyond the floor. Else the run is spoilt.
     pub fn is_finite(&self) -> bool {
         self.physics.bodies.iter().all(|(_, body)| {
             let position = body.translation();
             position.is_finite()
                 && body.rotation().is_finite()
                 && body.linvel().is_finite()
-                && position.length() <= WORKSHOP as f32
+                && position.length() <= FLOOR_HALF[0]
         })
     }
 }

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use situ_sim::{
-    ARM, ArmModel, DT, Gripper, HAND, JOINTS, MAX_SPEED, MAX_TURN, MotionEnd, Object, Snapshot, TABLE, World,
+    ARM, ArmModel, Beads, DT, Gripper, HAND, JOINTS, MAX_SPEED, MAX_TURN, MotionEnd, Object, Snapshot, TABLE, World,
 };
 
 /// The file that comes with the program.
@@ -219,6 +219,25 @@ fn what_is_held_is_no_obstacle_and_goes_along() {
     assert!(world.grip_force("cube").iter().all(|force| *force > 20.0));
     assert_eq!(world.move_hand(pitched(0.2, 0.2, 1.2), &mut |_| {}), MotionEnd::Reached);
     assert!(apart(&world.tcp(), &world.pose("cube").unwrap()).0 < 0.03);
+}
+
+/// The lid rests on the pitcher alone, so it goes where the pitcher goes: it is not in the way of the arm that carries both.
+#[test]
+fn what_rests_on_what_is_held_is_no_obstacle() {
+    let mut world = common::pouring(&Beads::new(5), standing(-0.16, 0.0, 0.0, 0.0), standing(0.16, 0.0, 0.0, 0.0));
+    common::close_pitcher(&mut world);
+    world.mount(ArmModel::builtin(), 1).unwrap();
+    common::grasp(&mut world, &mut |_| {});
+    let frame = world.pose("bowl").unwrap();
+    let start = world.tcp().translation.vector;
+    let target = frame * common::lip(-0.03, 0.22, 0.0);
+    let line = (target.translation.vector - start).normalize();
+    let end = world.move_hand(target, &mut |world| {
+        let from = world.tcp().translation.vector - start;
+        assert!((from - line * from.dot(&line)).norm() < 1e-5, "not straight");
+    });
+    assert_eq!(end, MotionEnd::Reached);
+    assert!(world.touching("lid", "pitcher"), "the lid is lost");
 }
 
 #[test]

@@ -33,8 +33,8 @@ pub struct Modify {
     pub min_probability: f64,
     /// The segment must be no further from the primitive's policy than this, in the unit of the cut.
     pub max_distance: f64,
-    /// A segment that matches a primitive, but whose path is at least this far from the primitive's, replaces its policy, too: within
-    /// the cut, an average would do neither the old thing nor the new. Metres; infinite is never.
+    /// A segment that matches a primitive, but whose policy is displaced from the primitive's by at least this much, replaces it, too: within
+    /// the cut, an average would do neither the old thing nor the new. Metres; infinite is never. See [`crate::primitive::Learner::displacement`].
     pub min_displacement: f64,
 }
 
@@ -64,9 +64,10 @@ impl Decisions {
             push_to_siblings: true,
             merge_redundant: true,
             candidates: Candidates::ReferenceFallback(8),
+            // A keyframe that a novice gives with 1 cm of noise is 6 cm from the mean at the most, that of a near-variant 8 cm.
             // The robot would have executed the child it modifies (0.3 is the quick protocol's confidence), and a shape that changes by
             // 12 cm is further away than the 8 cm of a near-variant: distances of 17 to 34 in sort_blocks/high_bins.
-            modify: Some(Modify { min_probability: 0.3, max_distance: 40.0, min_displacement: 0.06 }),
+            modify: Some(Modify { min_probability: 0.3, max_distance: 40.0, min_displacement: 0.07 }),
         }
     }
 

@@ -42,6 +42,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         rows.extend(Way::ALL.into_iter().map(|way| (profile, way, tally.of(way))));
     }
 
+    println!("Made by `cargo run --release -p situ-teachers --example rates -- {corrections}`; do not edit.\n");
     let alpha = 0.05 / rows.len() as f64;
     println!("| teacher | errs | configured | observed | of | p |\n|---|---|---|---|---|---|");
     let mut outside = 0;

@@ -11,7 +11,7 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 use situ_tasks::{Attempt, Edit, Episode, Setting, TaskError, Trial, script, trial};
 
-use crate::cmd::library::Library;
+use crate::cmd::library::{Carrier, Library};
 use crate::cmd::terminal;
 use crate::cost;
 use crate::error::BenchError;
@@ -157,9 +157,28 @@ impl Check {
     fn write(&self, table: &Table, said: &str) -> Result<String, BenchError> {
         let text = format!("{table}\n\n{said}");
         if let Some(path) = &self.out {
-            files::write_all(&[(path.clone(), &text)])?;
+            let made_by = format!("Made by `{}`; do not edit.", self.command());
+            files::write_all(&[(path.clone(), &format!("{made_by}\n\n{text}"))])?;
         }
         Ok(text)
+    }
+
+    /// The command that makes the table again: what it depends on, and not the threads.
+    fn command(&self) -> String {
+        let mut words = vec!["situ-bench check".to_owned()];
+        words.extend(self.task.iter().cloned());
+        words.push(format!("--seeds {}", self.seeds));
+        if self.seed != 0 {
+            words.push(format!("--seed {}", self.seed));
+        }
+        if self.speed {
+            words.push("--speed".to_owned());
+        }
+        words.extend(self.library.tasks.iter().map(|folder| format!("--tasks {}", folder.display())));
+        if self.library.plant == Carrier::Hand {
+            words.push("--plant hand".to_owned());
+        }
+        words.join(" ")
     }
 
     /// The competent script against the clock, one setting after another on this thread.

@@ -37,7 +37,8 @@ pub struct Show {
     /// The teacher's profile.
     #[arg(long, default_value = "expert")]
     pub teacher: String,
-    /// Also films the original task's program on the variation, which knows nothing of it.
+    /// Also the original task's program on the variation, which knows nothing of it: a strip and a film, called `failure` if it is one and
+    /// `original` if the goal is achieved.
     #[arg(long)]
     pub failure: bool,
     /// The folder to write to.
@@ -165,10 +166,15 @@ impl Show {
         let mut track = Track::new(&start);
         let mut episode = start.clone();
         let record = script::original(&mut episode, &mut |world| track.see(world));
-        let mut shooting = Shooting::new(&track, &start, self.size(), &[]);
+        let chosen = pictures::even_selection(&track.steps());
+        let mut shooting = Shooting::new(&track, &start, self.size(), &chosen);
         script::original(&mut start.clone(), &mut |world| shooting.see(world));
-        let (film, _) = shooting.finish()?;
-        album.add_film(self, "failure", &film, "the original program, which knows nothing of the variation")?;
+        let (film, strip) = shooting.finish()?;
+        // What succeeds is not called a failure.
+        let name = if episode.succeeded() { "original" } else { "failure" };
+        let about = format!("{} moments of the original program, evenly spaced", chosen.len());
+        album.add_image(self, &format!("{name}-strip"), &strip, &about)?;
+        album.add_film(self, name, &film, "the original program, which knows nothing of the variation")?;
         let mut said = format!("original program: {}\n", record.skills.join(", "));
         let _ = writeln!(
             said,

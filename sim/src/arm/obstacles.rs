@@ -74,15 +74,15 @@ pub(crate) struct Obstacles<'a> {
     shells: &'a Shells,
     /// Palm and fingers in the frame of the tool centre point, the fingers where they are now.
     hand: Vec<(SharedShape, EnginePose)>,
-    /// What is in the hand, in the same frame.
+    /// What goes with the hand, in the same frame.
     load: Vec<(SharedShape, EnginePose)>,
     scene: Vec<Placed>,
 }
 
 impl<'a> Obstacles<'a> {
-    /// All that is solid but beads, which give way, and what is in the hand, which goes where the hand goes.
+    /// All that is solid but beads, which give way, and what the hand carries.
     pub(crate) fn new(world: &World, arm: &'a Arm) -> Obstacles<'a> {
-        let held = world.held();
+        let carried = world.carried();
         let tcp = to_engine(&world.hand.tcp(&world.physics)).inverse();
         let (mut scene, mut load) = (Vec::new(), Vec::new());
         for (_, collider) in world.physics.colliders.iter() {
@@ -90,7 +90,7 @@ impl<'a> Obstacles<'a> {
             let place = place(&world.physics, collider);
             let is_solid = collider.collision_groups().memberships.bits() != 0;
             match Tag::decode(collider.user_data) {
-                Tag::Object(index) if held.contains(&index) => load.push((shape, tcp * place)),
+                Tag::Object(index) if carried.contains(&index) => load.push((shape, tcp * place)),
                 Tag::Table | Tag::Object(_) if is_solid => scene.push(Placed::new(shape, place)),
                 Tag::Table | Tag::Object(_) | Tag::Hand | Tag::Arm | Tag::Bead => {}
             }

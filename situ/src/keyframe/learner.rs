@@ -348,6 +348,17 @@ impl Learner for KeyframeLearner {
             .collect())
     }
 
+    /// The greatest distance between a keyframe of one and the same keyframe of the other, in position. None, that is 0, where one has a
+    /// keyframe more: a needless or a forgotten one moves a path by as much as a near-variant does, and one segment does not tell which it is.
+    fn displacement(&self, left: &KeyframePolicy, right: &KeyframePolicy) -> f64 {
+        let (left, right) = (left.means(), right.means());
+        if left.len() != right.len() {
+            return 0.0;
+        }
+        let apart = left.iter().zip(&right).map(|(a, b)| (a.translation.vector - b.translation.vector).norm());
+        apart.fold(0.0, f64::max)
+    }
+
     fn path(&self, policy: &KeyframePolicy) -> Vec<Pose> {
         resample(&policy.means(), self.parameters.signature_points, self.parameters.metres_per_radian)
     }

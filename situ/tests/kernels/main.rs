@@ -11,6 +11,7 @@ mod hmm;
 mod hmmlearn;
 mod interpolate;
 mod logistic;
+mod policies;
 mod pose;
 mod sample;
 mod scalar;

@@ -1,0 +1,91 @@
+//! When two policies are one (decisions D6, D6b), and how far one is displaced from another (decision D18).
+
+use std::sync::Arc;
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use situ::demonstration::{Feature, Gripper, RelativeKeyframe, Schema, Segment, State};
+use situ::keyframe::learner::KeyframeLearner;
+use situ::keyframe::parameters::KeyframeParameters;
+use situ::keyframe::policy::KeyframePolicy;
+use situ::primitive::Learner;
+use situ::random::standard_normal;
+use situ::trace::Counters;
+
+use crate::sample::pose_of;
+
+const OPEN: Gripper = Gripper::Open(0.08);
+const CLOSE: Gripper = Gripper::Close(30.0);
+/// A pick: over the thing, at it, and up again.
+const PICK: [([f64; 3], Gripper); 3] =
+    [([0.0, 0.0, 0.13], OPEN), ([0.0, 0.0, 0.012], CLOSE), ([0.0, 0.0, 0.15], CLOSE)];
+
+fn learner(parameters: KeyframeParameters) -> KeyframeLearner {
+    let schema = Schema::new(vec![Feature { name: "x".to_owned(), scale: 1.0 }]).unwrap();
+    KeyframeLearner::new(&schema, parameters)
+}
+
+fn segment(reference: &str, keyframes: &[([f64; 3], Gripper)]) -> Segment {
+    let keyframe =
+        |&(at, gripper): &([f64; 3], Gripper)| RelativeKeyframe { pose: pose_of(at, [0.0; 3]), gripper, hold: 0.0 };
+    let reference: Arc<str> = reference.into();
+    Segment { reference, start: State::new([0.0]), keyframes: keyframes.iter().map(keyframe).collect() }
+}
+
+/// Each keyframe off by 1 cm on each axis, as a novice gives it in free space.
+fn noisy(keyframes: &[([f64; 3], Gripper)], rng: &mut ChaCha8Rng) -> Vec<([f64; 3], Gripper)> {
+    keyframes.iter().map(|(at, gripper)| (at.map(|axis| axis + 0.01 * standard_normal(rng)), *gripper)).collect()
+}
+
+fn fitted(segments: &[Segment]) -> KeyframePolicy {
+    let segments: Vec<&Segment> = segments.iter().collect();
+    learner(KeyframeParameters::default()).fit_policy(&segments, &mut Counters::default()).unwrap()
+}
+
+#[test]
+fn a_keyframe_moved_is_told_from_noise_and_from_a_keyframe_more() {
+    let learner = learner(KeyframeParameters::default());
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let (mut noise, mut moved): (f64, f64) = (0.0, f64::INFINITY);
+    for _ in 0..200 {
+        let originals: Vec<Segment> = (0..3).map(|_| segment("cube", &noisy(&PICK, &mut rng))).collect();
+        let policy = fitted(&originals);
+        let displacement =
+            |keyframes: &[([f64; 3], Gripper)]| learner.displacement(&policy, &fitted(&[segment("cube", keyframes)]));
+        noise = noise.max(displacement(&noisy(&PICK, &mut rng)));
+        let mut near = noisy(&PICK, &mut rng);
+        near[1].0[0] += 0.10;
+        moved = moved.min(displacement(&near));
+        let mut more = noisy(&PICK, &mut rng);
+        more.insert(0, ([0.3, 0.1, 0.2], OPEN));
+        assert_eq!(displacement(&more), 0.0, "a needless keyframe is no displacement");
+    }
+    assert!(noise < 0.07 && moved > 0.065 && moved > noise, "noise {noise} m, moved {moved} m");
+    // Without noise it is the distance itself.
+    let mut exact = PICK;
+    exact[2].0 = [0.0, 0.08, 0.15];
+    let displaced = learner.displacement(&fitted(&[segment("cube", &PICK)]), &fitted(&[segment("cube", &exact)]));
+    assert!((displaced - 0.08).abs() < 1e-9, "{displaced}");
+}
+
+#[test]
+fn neither_another_object_nor_another_grip_is_the_same_primitive() {
+    // A place on the cube leads along much the same poses as a pick of it.
+    let place = [([0.0, 0.0, 0.12], CLOSE), ([0.0, 0.0, 0.064], OPEN), ([0.0, 0.0, 0.18], OPEN)];
+    let [pick, again, place, other] = [
+        fitted(&[segment("cube", &PICK)]),
+        fitted(&[segment("cube", &PICK)]),
+        fitted(&[segment("cube", &place)]),
+        fitted(&[segment("ball", &PICK)]),
+    ];
+    let distance = |parameters: KeyframeParameters, to: &KeyframePolicy| {
+        learner(parameters).distance(&pick, to, &mut Counters::default())
+    };
+    let default = KeyframeParameters::default;
+    assert!(distance(default(), &again) < 1e-9);
+    assert_eq!(distance(default(), &place), f64::INFINITY);
+    assert_eq!(distance(default(), &other), f64::INFINITY);
+    let cut = 10.0;
+    assert!(distance(KeyframeParameters { across_grips: true, ..default() }, &place) < cut, "they would be one");
+    assert!(distance(KeyframeParameters { across_references: true, ..default() }, &other) < 1e-9);
+}
