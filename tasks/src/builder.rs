@@ -1,31 +1,27 @@
 //! From a task file as written to checked settings; every mistake is reported at its key.
 
+mod event;
 mod joint;
+mod object;
+mod skill;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use situ_sim::{Beads, Gripper, MAX_OPENING, MAX_SQUEEZE, Magnet, Pose, World, pose_at, rotation_about};
+use situ_sim::MAX_OPENING;
 
 use crate::error::TaskError;
 use crate::feature::{Observable, Schema};
-use crate::file::{
-    BeadsFile, EventFile, InterventionFile, JointFile, KeyframeFile, MagnetFile, ObjectFile, ShapeFile, SkillFile,
-    StartFile, TaskFile, VariationFile,
-};
+use crate::file::{JointFile, ObjectFile, TaskFile, VariationFile};
 use crate::key::{Document, Key};
 use crate::plant::Plant;
 use crate::predicate::{GRIPPER, Predicate, Role};
 use crate::sequence::Sequence;
-use crate::setting::{Edit, Event, HandStart, Happening, Intervention, Placed, Setting, Start};
-use crate::shape::{self, Sizes};
-use crate::skill::{Keyframe, Skill};
-use crate::start::{self, BORDER};
+use crate::setting::{Edit, Event, HandStart, Setting};
+use crate::shape;
+use crate::start::BORDER;
 
 /// Names that mean something else where objects and skills are named.
-const RESERVED: [&str; 6] = [GRIPPER, "table", "hand", BORDER, "start", "end"];
-
-/// How many flat walls a cup may have: the physics builds no others.
-const SIDES: std::ops::RangeInclusive<u32> = 3..=64;
+const RESERVED: [&str; 7] = [GRIPPER, "table", "hand", "arm", BORDER, "start", "end"];
 
 /// Builds the settings of one file.
 pub(crate) struct Builder<'a> {
@@ -210,26 +206,6 @@ impl<'a> Builder<'a> {
         Ok(setting)
     }
 
-    /// Whether the objects find places that are apart, in a few draws; an episode whose start does not is refused when it comes.
-    fn check_starts(&self, files: &Located<'_, ObjectFile>, setting: &Setting) -> Result<(), TaskError> {
-        /// Draws: regions that overlap by a quarter or more are found nine times in ten.
-        const DRAWS: u64 = 8;
-        for seed in 0..DRAWS {
-            let wrong = match start::check_places(setting, seed) {
-                Ok(()) => continue,
-                Err(error) => error,
-            };
-            let (TaskError::Overlap { second: object, .. } | TaskError::Crowded { object, .. }) = &wrong else {
-                return Err(wrong);
-            };
-            let of = |name: &str| files.iter().find(|(_, file)| file.name == *name).map(|(key, _)| key);
-            // The hand is placed by the file, too.
-            let key = of(object).map_or_else(|| Key::default().field("gripper").field("at"), |key| key.field("start"));
-            return self.wrong(&key, wrong.to_string());
-        }
-        Ok(())
-    }
-
     /// Whether what a variation changes agrees with the edit that it declares.
     fn check_edit(&self, key: &Key, variation: &VariationFile, setting: &Setting) -> Result<(), TaskError> {
         let known: BTreeSet<&str> = self.file.skill.iter().map(|skill| skill.name.as_str()).collect();
@@ -307,11 +283,6 @@ impl<'a> Builder<'a> {
         Ok(merged)
     }
 
-    fn merged_skills(&self, patch: &Option<(Key, &'a VariationFile)>) -> Result<Located<'a, SkillFile>, TaskError> {
-        let base = located(&Key::default(), "skill", &self.file.skill);
-        self.merged(base, patch, "skill", |v| &v.skill, |s| &s.name, true)
-    }
-
     fn names<'j>(
         &self,
         objects: &Located<'_, ObjectFile>,
@@ -324,186 +295,6 @@ impl<'a> Builder<'a> {
         });
         let sliding = joints.into_iter().map(|joint| joint.object.clone());
         Names { objects: objects.collect(), sliding: sliding.collect(), beads }
-    }
-
-    fn objects(&self, files: &Located<'_, ObjectFile>) -> Result<(Vec<Placed>, Sizes), TaskError> {
-        let (mut placed, mut sizes): (Vec<Placed>, Sizes) = (Vec::new(), Sizes::new());
-        let mut world = World::new();
-        for (key, object) in files {
-            for (key, value) in shape::positive_numbers(&object.shape, &key.field("shape")) {
-                self.check_positive(&key, value)?;
-            }
-            if let ShapeFile::Cup { sides, .. } = object.shape
-                && !SIDES.contains(&sides)
-            {
-                let key = key.field("shape").field("cup").field("sides");
-                return self.wrong(&key, format!("{sides}: expected {} to {} sides", SIDES.start(), SIDES.end()));
-            }
-            let start = self.start(&key.field("start"), &object.start, &placed)?;
-            let (body, size) = shape::body(object);
-            // The physics knows more rules than are worth repeating here, so it is asked.
-            world
-                .add(body.clone(), Pose::identity())
-                .map_err(|e| self.document.error(&key.field("shape"), e.to_string()))?;
-            sizes.insert(object.name.clone(), size);
-            placed.push(Placed { body, start });
-        }
-        Ok((placed, sizes))
-    }
-
-    fn start(&self, key: &Key, start: &StartFile, before: &[Placed]) -> Result<Start, TaskError> {
-        for (name, range) in [("x", start.x), ("y", start.y), ("yaw", start.yaw)] {
-            if range[0] > range[1] {
-                return self
-                    .wrong(&key.field(name), format!("[{}, {}]: expected [least, largest]", range[0], range[1]));
-            }
-        }
-        if let Some(on) = &start.on
-            && !before.iter().any(|placed| &placed.body.name == on)
-        {
-            return self.wrong(
-                &key.field("on"),
-                format!("`{on}` is not there yet; expected an object listed before this one"),
-            );
-        }
-        if let Some(apart) = start.apart {
-            self.check_positive(&key.field("apart"), apart)?;
-        }
-        Ok(Start { on: start.on.clone(), x: start.x, y: start.y, z: start.z, yaw: start.yaw, apart: start.apart })
-    }
-
-    fn beads(&self, key: &Key, file: &BeadsFile, names: &Names) -> Result<(String, Beads), TaskError> {
-        self.check_name(&key.field("container"), &file.container, Role::Container, names)?;
-        if file.count == 0 {
-            return self.wrong(&key.field("count"), "0: expected at least one bead");
-        }
-        for (name, value) in [("radius", file.radius), ("density", file.density)] {
-            self.check_positive(&key.field(name), value)?;
-        }
-        for (name, value) in [("friction", file.friction), ("angular_damping", file.angular_damping)] {
-            self.check_not_negative(&key.field(name), value)?;
-        }
-        let beads = Beads {
-            count: file.count,
-            radius: file.radius,
-            density: file.density,
-            friction: file.friction,
-            angular_damping: file.angular_damping,
-        };
-        Ok((file.container.clone(), beads))
-    }
-
-    fn magnet(&self, key: &Key, file: &MagnetFile, names: &Names) -> Result<Magnet, TaskError> {
-        self.check_name(&key.field("a"), &file.a, Role::Object, names)?;
-        self.check_name(&key.field("b"), &file.b, Role::Object, names)?;
-        self.check_positive(&key.field("force"), file.force)?;
-        self.check_positive(&key.field("range"), file.range)?;
-        let seat = pose_at(file.seat, Default::default());
-        Ok(Magnet { a: file.a.clone(), b: file.b.clone(), seat, force: file.force, range: file.range })
-    }
-
-    fn skills(&self, files: &Located<'_, SkillFile>, names: &Names) -> Result<Vec<Skill>, TaskError> {
-        let mut skills = Vec::new();
-        for (key, file) in files {
-            self.check_name(&key.field("reference"), &file.reference, Role::Object, names)?;
-            if file.keyframes.is_empty() {
-                return self.wrong(&key.field("keyframes"), "expected at least one keyframe");
-            }
-            let mut keyframes = Vec::new();
-            for (i, keyframe) in file.keyframes.iter().enumerate() {
-                keyframes.push(self.keyframe(&key.field("keyframes").index(i), keyframe, file.tool)?);
-            }
-            skills.push(Skill {
-                name: file.name.clone(),
-                reference: file.reference.clone(),
-                when: self.predicate(&key.field("when"), &file.when, names)?,
-                until: self.predicate(&key.field("until"), &file.until, names)?,
-                keyframes,
-            });
-        }
-        if skills.is_empty() {
-            return self.wrong(&Key::default().field("skill"), "expected at least one skill");
-        }
-        Ok(skills)
-    }
-
-    fn keyframe(&self, key: &Key, file: &KeyframeFile, tool: [f64; 3]) -> Result<Keyframe, TaskError> {
-        let gripper = match (file.open, file.close) {
-            (Some(_), Some(_)) => {
-                return self.wrong(&key.field("close"), "expected either `open` or `close`, not both");
-            }
-            (Some(width), None) => {
-                self.check_opening(&key.field("open"), width)?;
-                Some(Gripper::Open(width))
-            }
-            (None, Some(force)) => {
-                if !(force > 0.0 && force <= MAX_SQUEEZE) {
-                    let expected =
-                        format!("{force}: expected a force of more than 0 and at most {MAX_SQUEEZE} newtons");
-                    return self.wrong(&key.field("close"), expected);
-                }
-                Some(Gripper::Close(force))
-            }
-            (None, None) => None,
-        };
-        self.check_not_negative(&key.field("hold"), file.hold)?;
-        let [roll, pitch, yaw] = file.rpy;
-        let rotation = rotation_about([0.0, 0.0, 1.0], yaw)
-            * rotation_about([0.0, 1.0, 0.0], pitch)
-            * rotation_about([1.0, 0.0, 0.0], roll);
-        let tool = pose_at(tool, Default::default());
-        let pose = pose_at(file.at, rotation) * tool.inverse();
-        Ok(Keyframe { pose, gripper, hold: file.hold, contact: file.contact })
-    }
-
-    fn event(&self, key: &Key, file: &EventFile, names: &Names, skills: &[Skill]) -> Result<Event, TaskError> {
-        let after = key.field("after");
-        self.check_name(&after.field("reference"), &file.after.reference, Role::Object, names)?;
-        self.check_positive(&key.field("seconds"), file.seconds)?;
-        let happening = self.happening(key, file, names)?;
-        let about = skills.iter().filter(|skill| skill.reference == file.after.reference);
-        let most = about.map(|skill| skill.keyframes.len()).max().unwrap_or(0);
-        if file.after.keyframe >= most {
-            let expected = format!(
-                "{}: expected less than {most}, the most keyframes of a skill on `{}`",
-                file.after.keyframe, file.after.reference
-            );
-            return self.wrong(&after.field("keyframe"), expected);
-        }
-        Ok(Event {
-            name: file.name.clone(),
-            reference: file.after.reference.clone(),
-            keyframe: file.after.keyframe,
-            happening,
-            seconds: file.seconds,
-        })
-    }
-
-    /// Either a push with its displacement or a drop.
-    fn happening(&self, key: &Key, file: &EventFile, names: &Names) -> Result<Happening, TaskError> {
-        for (field, name) in [("push", &file.push), ("drop", &file.drop)] {
-            if let Some(name) = name {
-                self.check_name(&key.field(field), name, Role::Object, names)?;
-            }
-        }
-        match (&file.push, file.by, &file.drop) {
-            (Some(object), Some(by), None) => Ok(Happening::Push { object: object.clone(), by }),
-            (None, None, Some(object)) => Ok(Happening::Drop { object: object.clone() }),
-            (Some(_), _, Some(_)) => self.wrong(&key.field("drop"), "expected either `push` or `drop`, not both"),
-            (Some(_), None, None) => {
-                self.wrong(&key.field("push"), "expected `by`, how far it is pushed, beside `push`")
-            }
-            (None, Some(_), _) => self.wrong(&key.field("by"), "expected `by` only beside `push`"),
-            (None, None, None) => self.wrong(key, "expected what happens: `push` with `by`, or `drop`"),
-        }
-    }
-
-    fn intervention(&self, key: &Key, file: &InterventionFile, names: &Names) -> Result<Intervention, TaskError> {
-        if let Some(reference) = &file.reference {
-            self.check_name(&key.field("reference"), reference, Role::Object, names)?;
-        }
-        let when = self.predicate(&key.field("when"), &file.when, names)?;
-        Ok(Intervention { name: file.name.clone(), moment: file.moment, reference: file.reference.clone(), when })
     }
 
     fn predicate(&self, key: &Key, text: &str, names: &Names) -> Result<Predicate, TaskError> {

@@ -24,6 +24,8 @@
 //! `[[intervention]]` is a moment at which a watching teacher stops the robot. `[[variation]]` may hold all of these but `observe`: an object
 //! or a skill of a known name (or a joint of an object that slides already) replaces that one, new objects come last, new skills first, and the other lists are appended.
 //! `[[sequence]]` names variations that a robot meets one after another.
+//!
+//! What carries the hand ([`Plant`]) is no matter of the file: by default an arm does, and a keyframe may be out of its reach.
 
 mod builder;
 mod episode;

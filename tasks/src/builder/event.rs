@@ -1,0 +1,72 @@
+//! What happens on the way, and when a watching teacher stops the robot: `[[event]]` and `[[intervention]]`.
+
+use super::{Builder, Names};
+use crate::error::TaskError;
+use crate::file::{EventFile, InterventionFile};
+use crate::key::Key;
+use crate::predicate::Role;
+use crate::setting::{Event, Happening, Intervention};
+use crate::skill::Skill;
+
+impl Builder<'_> {
+    pub(super) fn event(
+        &self,
+        key: &Key,
+        file: &EventFile,
+        names: &Names,
+        skills: &[Skill],
+    ) -> Result<Event, TaskError> {
+        let after = key.field("after");
+        self.check_name(&after.field("reference"), &file.after.reference, Role::Object, names)?;
+        self.check_positive(&key.field("seconds"), file.seconds)?;
+        let happening = self.happening(key, file, names)?;
+        let about = skills.iter().filter(|skill| skill.reference == file.after.reference);
+        let most = about.map(|skill| skill.keyframes.len()).max().unwrap_or(0);
+        if file.after.keyframe >= most {
+            let expected = format!(
+                "{}: expected less than {most}, the most keyframes of a skill on `{}`",
+                file.after.keyframe, file.after.reference
+            );
+            return self.wrong(&after.field("keyframe"), expected);
+        }
+        Ok(Event {
+            name: file.name.clone(),
+            reference: file.after.reference.clone(),
+            keyframe: file.after.keyframe,
+            happening,
+            seconds: file.seconds,
+        })
+    }
+
+    /// Either a push with its displacement or a drop.
+    pub(super) fn happening(&self, key: &Key, file: &EventFile, names: &Names) -> Result<Happening, TaskError> {
+        for (field, name) in [("push", &file.push), ("drop", &file.drop)] {
+            if let Some(name) = name {
+                self.check_name(&key.field(field), name, Role::Object, names)?;
+            }
+        }
+        match (&file.push, file.by, &file.drop) {
+            (Some(object), Some(by), None) => Ok(Happening::Push { object: object.clone(), by }),
+            (None, None, Some(object)) => Ok(Happening::Drop { object: object.clone() }),
+            (Some(_), _, Some(_)) => self.wrong(&key.field("drop"), "expected either `push` or `drop`, not both"),
+            (Some(_), None, None) => {
+                self.wrong(&key.field("push"), "expected `by`, how far it is pushed, beside `push`")
+            }
+            (None, Some(_), _) => self.wrong(&key.field("by"), "expected `by` only beside `push`"),
+            (None, None, None) => self.wrong(key, "expected what happens: `push` with `by`, or `drop`"),
+        }
+    }
+
+    pub(super) fn intervention(
+        &self,
+        key: &Key,
+        file: &InterventionFile,
+        names: &Names,
+    ) -> Result<Intervention, TaskError> {
+        if let Some(reference) = &file.reference {
+            self.check_name(&key.field("reference"), reference, Role::Object, names)?;
+        }
+        let when = self.predicate(&key.field("when"), &file.when, names)?;
+        Ok(Intervention { name: file.name.clone(), moment: file.moment, reference: file.reference.clone(), when })
+    }
+}
