@@ -53,11 +53,10 @@ impl World {
         deepest.map(|(a, b, depth)| Overlap { a: self.name_of(a), b: self.name_of(b), depth })
     }
 
-    /// A collider where its body is now: until the next step the engine's own place of it is that of the last one. None for a bead.
+    /// A collider where its body is now. None for a bead.
     fn placed<'a>(&self, collider: &'a Collider) -> Option<Placed<'a>> {
         let tag = Tag::decode(collider.user_data);
-        let body = collider.parent().map(|body| *self.physics.bodies[body].position());
-        let pose = body.zip(collider.position_wrt_parent()).map_or(*collider.position(), |(body, local)| body * *local);
+        let pose = self.place_of(collider);
         (tag != Tag::Bead).then(|| Placed { collider, tag, pose, bounds: collider.shape().compute_aabb(&pose) })
     }
 

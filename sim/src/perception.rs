@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use nalgebra::{Point3, Vector3};
-use rapier3d::geometry::{BoundingVolume, ContactPair};
-use rapier3d::prelude::{ColliderHandle, RigidBodyHandle};
+use rapier3d::geometry::{BoundingVolume, Collider, ContactPair};
+use rapier3d::prelude::{ColliderHandle, Pose as EnginePose, RigidBodyHandle};
 
 use crate::frame::{Pose, from_engine, from_engine_vector};
 use crate::hand::Gripper;
@@ -115,6 +115,12 @@ impl World {
             carried.insert(next);
         }
         carried
+    }
+
+    /// Where a collider's body has it now: until the next step the engine's own place of it is that of the last one.
+    pub(crate) fn place_of(&self, collider: &Collider) -> EnginePose {
+        let body = collider.parent().map(|body| *self.physics.bodies[body].position());
+        body.zip(collider.position_wrt_parent()).map_or(*collider.position(), |(body, local)| body * *local)
     }
 
     /// What an object touches, itself left out.

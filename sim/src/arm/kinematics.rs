@@ -29,7 +29,7 @@ const READINESS: [f64; JOINTS] = [1.0, 1.0, 0.1, 1.0, 1.0, 1.0, 1.0];
 const DRAWN: usize = 3;
 /// …by this part of what is missing…
 const REST_GAIN: f64 = 0.1;
-/// …and by no more than this, radians: a way is followed in steps of a centimetre, and this is 0.25 rad/s there.
+/// …and by no more than this an iteration, radians: a way is followed in steps of a centimetre, and all of it is 0.9 rad/s there.
 const LONGEST_DRAW: f64 = 0.012;
 /// Starts drawn at random, after the given one and the rest position.
 pub(crate) const RESTARTS: usize = 24;
@@ -71,8 +71,8 @@ impl ArmModel {
         jacobian
     }
 
-    /// The angles near `start` at which the hand is at `target`, within the joints' ranges: weighted and damped least squares (Nakamura and Hanafusa
-    /// 1986; Wampler 1986), the spare joint drawn to `rest`. None where it does not converge.
+    /// The angles near `start` at which the hand is at `target`, within the joints' ranges: weighted and damped least squares (Nakamura and
+    /// Hanafusa 1986; Wampler 1986), the spare joint drawn to `rest`. None where it does not converge.
     pub(crate) fn solve(&self, target: &Pose, start: &Configuration, rest: &Configuration) -> Option<Configuration> {
         let mut angles = *start;
         for iteration in 0..ITERATIONS {

@@ -3,7 +3,7 @@
 use rapier3d::geometry::SharedShape;
 use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::parry::query::{contact, intersection_test};
-use rapier3d::prelude::{PhysicsWorld, Pose as EnginePose};
+use rapier3d::prelude::Pose as EnginePose;
 
 use crate::arm::Arm;
 use crate::arm::kinematics::{Configuration, Posture};
@@ -87,7 +87,7 @@ impl<'a> Obstacles<'a> {
         let (mut scene, mut load) = (Vec::new(), Vec::new());
         for (_, collider) in world.physics.colliders.iter() {
             let shape = collider.shared_shape().clone();
-            let place = place(&world.physics, collider);
+            let place = world.place_of(collider);
             let is_solid = collider.collision_groups().memberships.bits() != 0;
             match Tag::decode(collider.user_data) {
                 Tag::Object(index) if carried.contains(&index) => load.push((shape, tcp * place)),
@@ -97,7 +97,7 @@ impl<'a> Obstacles<'a> {
         }
         let hand = world.hand.colliders().iter().map(|handle| {
             let collider = &world.physics.colliders[*handle];
-            (collider.shared_shape().clone(), tcp * place(&world.physics, collider))
+            (collider.shared_shape().clone(), tcp * world.place_of(collider))
         });
         Obstacles { model: &arm.model, shells: &arm.shells, hand: hand.collect(), load, scene }
     }
@@ -135,10 +135,4 @@ impl<'a> Obstacles<'a> {
 fn place_all(shells: &[(SharedShape, EnginePose)], frame: &Pose) -> Vec<Placed> {
     let frame = to_engine(frame);
     shells.iter().map(|(shape, local)| Placed::new(shape.clone(), frame * *local)).collect()
-}
-
-/// Where a collider's body has it now; the engine's own note of it is that of the last step.
-fn place(physics: &PhysicsWorld, collider: &rapier3d::geometry::Collider) -> EnginePose {
-    let body = collider.parent().map(|body| *physics.bodies[body].position());
-    body.zip(collider.position_wrt_parent()).map_or(*collider.position(), |(body, local)| body * *local)
 }
