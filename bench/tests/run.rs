@@ -197,3 +197,26 @@ fn bad_names_and_protocols_exit_with_2_and_say_what_would_be_right() {
     let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
     assert_eq!(left.len(), 1, "nothing is written");
 }
+
+/// A run without the arm is another protocol: it has a name of its own in every record, and no ledger of the other goes on with it.
+#[test]
+fn a_run_without_the_arm_has_a_name_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("small.toml"), PROTOCOL.replace("\"sort_blocks\"", "\"press\"")).unwrap();
+    let run = |more: &[&str]| {
+        let words =
+            ["run", "--protocol", "small.toml", "--variation", "bump", "--method", "no_update", "--out", "runs"];
+        let mut command = Command::new(env!("CARGO_BIN_EXE_situ-bench"));
+        command.args(words).args(more).current_dir(folder.path()).output().unwrap()
+    };
+    let output = run(&["--plant", "hand"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let records = ledger::read(&folder.path().join("runs/ledger.jsonl")).unwrap().records;
+    let names: BTreeSet<_> =
+        records.iter().filter_map(Record::single_run).map(|run| run.key.protocol.as_str()).collect();
+    assert_eq!(names, BTreeSet::from(["small-hand"]));
+    let output = run(&["--resume"]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(2) && said.contains("made by another protocol"), "{said}");
+    assert!(run(&["--resume", "--plant", "hand"]).status.success());
+}
