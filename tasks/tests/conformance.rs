@@ -89,7 +89,7 @@ fn the_competent_script_succeeds_everywhere_and_the_original_only_where_no_edit_
 }
 
 /// A hand that has been stopped hard used to go on pressing on what it had met with the force of the abort, and every later motion aborted
-/// at its first step. Some of these do not abort, and the last leave no room for a jam; but each runs into something.
+/// at its first step. Each of these originals runs into something; not all of them hard enough for an abort.
 #[test]
 fn a_hand_that_ran_into_something_can_leave() {
     let registry = Registry::builtin().expect("the library is sound").with_plant(Plant::Hand);
