@@ -74,6 +74,18 @@ pub(crate) fn to_engine(pose: &Pose) -> EnginePose {
     )
 }
 
+/// Our pose in the engine's numbers, for a kinematic body that is at `now`.
+///
+/// Two quaternions are one rotation. The engine takes a body's velocity from the quaternions as they stand, and of the wrong one of the two
+/// it makes a whole turn in a single step (1500 rad/s): whatever the hand held was shot out of it. So it gets the one that is near.
+pub(crate) fn to_engine_near(pose: &Pose, now: &EnginePose) -> EnginePose {
+    let mut near = to_engine(pose);
+    if near.rotation.dot(now.rotation) < 0.0 {
+        near.rotation = -near.rotation;
+    }
+    near
+}
+
 /// The engine's pose in our numbers.
 pub(crate) fn from_engine(pose: &EnginePose) -> Pose {
     let r = pose.rotation;

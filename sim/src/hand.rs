@@ -12,7 +12,7 @@ use rapier3d::prelude::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::frame::{Pose, from_engine, from_engine_vector, to_engine};
+use crate::frame::{Pose, from_engine, from_engine_vector, to_engine, to_engine_near};
 use crate::world::{DT, Tag};
 
 /// Half extents of the palm in metres.
@@ -200,8 +200,9 @@ impl Hand {
 
     /// Sets the palm's goal and the motors' targets for the coming step.
     pub(crate) fn drive(&mut self, physics: &mut PhysicsWorld) {
-        let palm = to_engine(&(self.target * Translation3::new(0.0, 0.0, PALM_ABOVE_TCP)));
-        physics.bodies[self.palm].set_next_kinematic_position(palm);
+        let goal = self.target * Translation3::new(0.0, 0.0, PALM_ABOVE_TCP);
+        let palm = &mut physics.bodies[self.palm];
+        palm.set_next_kinematic_position(to_engine_near(&goal, palm.position()));
         let mean = mean(self.gaps(physics));
         // The motors damp the difference of the fingers and not their common motion: with that damped too, a gentle squeeze would arrive too late.
         let speed = ((mean - self.mean) / DT).clamp(-FINGER_SPEED, FINGER_SPEED);

@@ -10,6 +10,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use situ_sim::{
     ARM, ArmModel, Beads, DT, Gripper, HAND, JOINTS, MAX_SPEED, MAX_TURN, MotionEnd, Object, Snapshot, TABLE, World,
+    pose_at, rotation_about,
 };
 
 /// The file that comes with the program.
@@ -219,6 +220,42 @@ fn what_is_held_is_no_obstacle_and_goes_along() {
     assert!(world.grip_force("cube").iter().all(|force| *force > 20.0));
     assert_eq!(world.move_hand(pitched(0.2, 0.2, 1.2), &mut |_| {}), MotionEnd::Reached);
     assert!(apart(&world.tcp(), &world.pose("cube").unwrap()).0 < 0.03);
+}
+
+/// Straight or round, a motion loses nothing on its way.
+#[test]
+fn what_is_held_is_held_on_every_way() {
+    let mut rng = ChaCha8Rng::seed_from_u64(24);
+    let (mut ways, mut straight) = (0, 0);
+    for _ in 0..12 {
+        let mut world = ready();
+        world.add(Object::block("cube", [0.02; 3], 1000.0, 0.6), standing(-0.1, 0.05, 0.02, 0.4)).unwrap();
+        let frame = world.pose("cube").unwrap();
+        for (z, gripper) in [(0.13, Some(Gripper::Open(0.08))), (0.012, Some(Gripper::Close(30.0))), (0.15, None)] {
+            common::keyframe(&mut world, &frame, pitched(0.0, z - 0.02, 0.0), gripper, 0.0, &mut |_| {});
+        }
+        let in_hand = |world: &World| world.tcp().inverse() * world.pose("cube").unwrap();
+        let taken = in_hand(&world);
+        for _ in 0..6 {
+            let at = [rng.random_range(-0.25..0.3), rng.random_range(-0.25..0.25), rng.random_range(0.12..0.3)];
+            let turn = rotation_about([0.0, 0.0, 1.0], rng.random_range(-1.5..1.5))
+                * rotation_about([1.0, 0.0, 0.0], rng.random_range(-1.6..1.6));
+            let (start, target) = (world.tcp().translation.vector, pose_at(at, turn));
+            let line = (target.translation.vector - start).normalize();
+            let mut widest = 0.0_f64;
+            let end = world.move_hand(target, &mut |world| {
+                let from = world.tcp().translation.vector - start;
+                widest = widest.max((from - line * from.dot(&line)).norm());
+            });
+            if end == MotionEnd::Reached {
+                ways += 1;
+                straight += usize::from(widest < 1e-5);
+            }
+            let (slip, twist) = apart(&taken, &in_hand(&world));
+            assert!(slip < 0.005 && twist < 0.05, "{end:?}: slipped {slip} m, {twist} rad, {widest} m off the line");
+        }
+    }
+    assert!(straight >= 10 && ways - straight >= 10, "{straight} of {ways} ways were straight");
 }
 
 /// The lid rests on the pitcher alone, so it goes where the pitcher goes: it is not in the way of the arm that carries both.

@@ -18,7 +18,7 @@ pub use model::{ArmModel, JOINTS, Joint};
 use obstacles::Shells;
 
 use crate::error::SimError;
-use crate::frame::{Pose, to_engine};
+use crate::frame::{Pose, to_engine, to_engine_near};
 use crate::hand::hand_groups;
 use crate::world::{Tag, World};
 
@@ -72,7 +72,8 @@ impl Arm {
     pub(crate) fn drive(&self, physics: &mut PhysicsWorld) {
         let posture = self.model.posture(&self.configuration);
         for (body, frame) in self.bodies.iter().zip(&posture.links) {
-            physics.bodies[*body].set_next_kinematic_position(to_engine(frame));
+            let body = &mut physics.bodies[*body];
+            body.set_next_kinematic_position(to_engine_near(frame, body.position()));
         }
     }
 
