@@ -35,6 +35,10 @@ pub const ARM: &str = "arm";
 const GRAVITY: f32 = 9.81;
 /// Typical size of things in metres, which scales the engine's tolerances; with 1 m beads tunnel and spill.
 const LENGTH_UNIT: f32 = 0.02;
+/// A heap of beads that are all slower than this, m/s…
+const BEADS_REST_BELOW: f32 = 4e-3;
+/// …for so long, seconds, rests until something touches it: within a millimetre it lies where it would come to lie, and costs nothing.
+const BEADS_REST_AFTER: f32 = 0.25;
 /// Natural frequency in Hz of contacts between movable bodies.
 const CONTACT_FREQUENCY: f32 = 240.0;
 /// Natural frequency in Hz of contacts with fixed bodies.
@@ -227,6 +231,9 @@ impl World {
                 .friction(beads.friction as f32)
                 .user_data(Tag::Bead.encode());
             let (body, _) = self.physics.insert(body, ball);
+            let activation = self.physics.bodies[body].activation_mut();
+            activation.normalized_linear_threshold = BEADS_REST_BELOW / LENGTH_UNIT;
+            activation.time_until_sleep = BEADS_REST_AFTER;
             self.beads.push(body);
         }
         self.settle(FILL_SETTLE);
