@@ -12,6 +12,7 @@
 use std::time::Duration;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, SamplingMode, criterion_group, criterion_main};
+use situ::correction::Correction;
 use situ::edit::Edit;
 use situ::method;
 use situ_bench::cost::Subject;
@@ -45,7 +46,7 @@ fn update_time(criterion: &mut Criterion) {
                 group.warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(2));
                 group.bench_function(BenchmarkId::new(name, nodes), |bencher| {
                     let correct = |mut learned: Box<dyn method::Learned>| {
-                        let trace = learned.correct(last, &planted.demonstration);
+                        let trace = learned.correct(Correction::after(last, &planted.demonstration));
                         (learned, trace)
                     };
                     bencher.iter_batched(|| subject.learned().boxed(), correct, BatchSize::PerIteration);

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use situ::demonstration::{Demonstration, Schema};
 
-use crate::demonstration_file::{After, render};
+use crate::demonstration_file::{Before, render};
 use crate::error::BenchError;
 use crate::files;
 
@@ -29,12 +29,12 @@ impl Archive {
         path: &str,
         demonstration: &Demonstration,
         schema: &Schema,
-        after: Option<&After>,
+        before: &Before,
     ) -> Result<(), BenchError> {
         let file = self.folder.join(format!("{path}.json"));
         if let Some(folder) = file.parent() {
             std::fs::create_dir_all(folder).map_err(|source| BenchError::Write { path: folder.to_owned(), source })?;
         }
-        files::write_all(&[(file, render(demonstration, schema, after))])
+        files::write_all(&[(file, render(demonstration, schema, before))])
     }
 }

@@ -2,16 +2,17 @@
 
 use std::sync::Arc;
 
+use situ::correction::Correction as Corrected;
 use situ::demonstration::{Demonstration, Kind, Schema};
 use situ::edit::difference;
 use situ::graph::Graph;
 use situ::method::{Learned, Method};
-use situ::place::Place;
+use situ::place::{NodeId, Place};
 use situ_tasks::{Episode, EpisodeSnapshot, Setting};
 use situ_teachers::{Onset, convert};
 
 use crate::cost;
-use crate::demonstration_file::After;
+use crate::demonstration_file::{Before, Instance};
 use crate::error::BenchError;
 use crate::evaluation::{Evaluation, Until};
 use crate::record::{Correction, Effort, Run};
@@ -35,6 +36,7 @@ struct Failure {
     trigger: String,
     last: Place,
     last_reference: Option<String>,
+    interrupted: Option<NodeId>,
 }
 
 impl Robot {
@@ -86,10 +88,11 @@ impl Surroundings<'_> {
             let graph = robot.model.graph();
             if let Some(archive) = self.archive {
                 let path = format!("{}/{}-correction-{round}", self.folder(setting), robot.folder);
-                archive.write(&path, &demonstration, &schema, robot.names.after(&graph, failure.last).as_ref())?;
+                archive.write(&path, &demonstration, &schema, &robot.names.before(&graph, &failure))?;
             }
             robot.names.learned(&demonstration);
-            let (trace, update_seconds) = cost::timed(|| robot.model.correct(failure.last, &demonstration));
+            let met = Corrected { last: failure.last, interrupted: failure.interrupted, demonstration: &demonstration };
+            let (trace, update_seconds) = cost::timed(|| robot.model.correct(met));
             let trace = trace?;
             let made = difference(&graph, &robot.model.graph());
             last = self.evaluate(robot.model(), setting, round + 1, self.until(round, budget))?;
@@ -156,7 +159,8 @@ impl Surroundings<'_> {
         }
         let trigger = if rollout.ended == Ended::End { "wrong outcome".to_owned() } else { rollout.ended.to_string() };
         let snapshot = episode.snapshot();
-        Ok(Some(Failure { snapshot, trigger, last: rollout.last, last_reference: rollout.last_reference }))
+        let Rollout { last, last_reference, interrupted, .. } = rollout;
+        Ok(Some(Failure { snapshot, trigger, last, last_reference, interrupted }))
     }
 }
 
@@ -172,11 +176,15 @@ impl Names {
         self.0.push(demonstration.name().clone());
     }
 
-    /// What ran last before a correction, in the words of a demonstration file.
-    fn after(&self, graph: &Graph, last: Place) -> Option<After> {
-        let Place::Node(id) = last else { return None };
+    /// What the robot did before a correction, in the words of a demonstration file.
+    fn before(&self, graph: &Graph, failure: &Failure) -> Before {
+        let after = if let Place::Node(id) = failure.last { self.instance(graph, id) } else { None };
+        Before { after, interrupted: failure.interrupted.and_then(|id| self.instance(graph, id)) }
+    }
+
+    fn instance(&self, graph: &Graph, id: NodeId) -> Option<Instance> {
         let segment = graph.nodes.iter().find(|node| node.id == id)?.segments.first()?;
         let demonstration = self.0.get(segment.demonstration as usize)?.to_string();
-        Some(After { demonstration, segment: segment.index })
+        Some(Instance { demonstration, segment: segment.index })
     }
 }

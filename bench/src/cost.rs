@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use situ::correction::Correction;
 use situ::edit::{Edit, difference};
 use situ::method::{Learned, Method};
 
@@ -62,7 +63,7 @@ impl Subject {
         let last =
             last.ok_or_else(|| BenchError::Argument(format!("`{}` holds no segment of an original", self.method)))?;
         let mut learned = self.learned.boxed();
-        let (trace, update_seconds) = timed(|| learned.correct(last, &planted.demonstration));
+        let (trace, update_seconds) = timed(|| learned.correct(Correction::after(last, &planted.demonstration)));
         let trace = trace?;
         Ok(Cost {
             protocol: protocol.to_owned(),

@@ -30,6 +30,7 @@
 //! | `kind` | `"original"`: the task from its start; `"corrective"`: a part of it, given at a failure |
 //! | `schema` | the features of a state in order, each with the typical size of a difference that matters, above 0; the same in all files of one call |
 //! | `after` | what ran last before the demonstration: `null` for START (always so for an original), or `{"demonstration": name, "segment": index}`, the node that holds that segment of an earlier demonstration, indices from 0 |
+//! | `interrupted` | the primitive that was under way when the robot failed or was stopped, named as in `after`; `null`, or left out, where none was |
 //! | `carried_to_end` | whether the teacher went on to the end of the task: only then is `final_state` an example of END |
 //! | `keyframes` | at least one, in order |
 //! | `reference` | the object that the keyframe is about; consecutive keyframes about one object are a segment |
@@ -61,14 +62,23 @@ const QUATERNION_TOLERANCE: f64 = 1e-3;
 /// A length this near to 1 is rounding: the quaternion stays as it was written.
 const QUATERNION_ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// What ran last before a demonstration: the node that holds a segment of an earlier one.
+/// A primitive, named by a segment of an earlier demonstration that its node holds.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct After {
+#[serde(deny_unknown_fields, expecting = "null or {\"demonstration\": name, \"segment\": index}")]
+pub struct Instance {
     /// The earlier demonstration's name.
     pub demonstration: String,
     /// The index of its segment, from 0.
     pub segment: u32,
+}
+
+/// What the robot did before a demonstration.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Before {
+    /// What ran last to its end; `None` for START.
+    pub after: Option<Instance>,
+    /// What was under way when it failed or was stopped.
+    pub interrupted: Option<Instance>,
 }
 
 /// A demonstration read from a file, checked by itself.
@@ -78,8 +88,8 @@ pub struct DemonstrationFile {
     pub demonstration: Demonstration,
     /// The features of its states.
     pub schema: Schema,
-    /// What ran last before it; `None` for START.
-    pub after: Option<After>,
+    /// What the robot did before it.
+    pub before: Before,
     path: PathBuf,
     text: String,
 }
@@ -92,7 +102,9 @@ struct File {
     schema: Vec<Feature>,
     // A field of this type may be left out; one that names its reader may not.
     #[serde(deserialize_with = "Option::deserialize")]
-    after: Option<After>,
+    after: Option<Instance>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    interrupted: Option<Instance>,
     carried_to_end: bool,
     keyframes: Vec<FileKeyframe>,
     final_state: Vec<f64>,
@@ -239,15 +251,18 @@ fn keyframe(keyframe: &FileKeyframe, schema: &Schema, key: &str) -> Result<Keyfr
     })
 }
 
-fn checked(file: File) -> Result<(Demonstration, Schema, Option<After>), Mistake> {
+fn checked(file: File) -> Result<(Demonstration, Schema, Before), Mistake> {
     if file.name.is_empty() {
         return Err(mistake("name", "an empty name, expected one that no other demonstration has"));
     }
     if file.keyframes.is_empty() {
         return Err(mistake("keyframes", "an empty demonstration, expected at least one keyframe"));
     }
-    if file.kind == Kind::Original && file.after.is_some() {
-        return Err(mistake("after", "an original demonstration begins at START, expected null"));
+    let before = Before { after: file.after, interrupted: file.interrupted };
+    for (key, primitive) in before.named() {
+        if file.kind == Kind::Original && primitive.is_some() {
+            return Err(mistake(key, "an original demonstration begins at START, expected null"));
+        }
     }
     let schema = schema(&file.schema)?;
     let keyframes = (file.keyframes.iter().enumerate())
@@ -256,7 +271,14 @@ fn checked(file: File) -> Result<(Demonstration, Schema, Option<After>), Mistake
     let final_state = state(&file.final_state, &schema, "final_state".to_owned())?;
     let demonstration = Demonstration::new(file.name, file.kind, &schema, keyframes, final_state, file.carried_to_end)
         .map_err(|error| mistake(".", error.to_string()))?;
-    Ok((demonstration, schema, file.after))
+    Ok((demonstration, schema, before))
+}
+
+impl Before {
+    /// Both, each under its key.
+    pub fn named(&self) -> [(&'static str, Option<&Instance>); 2] {
+        [("after", self.after.as_ref()), ("interrupted", self.interrupted.as_ref())]
+    }
 }
 
 impl DemonstrationFile {
@@ -289,8 +311,8 @@ impl DemonstrationFile {
             BenchError::Demonstration { path: path.to_owned(), line: error.line().max(1), key, problem }
         })?;
         match checked(file) {
-            Ok((demonstration, schema, after)) => {
-                Ok(Self { demonstration, schema, after, path: path.to_owned(), text })
+            Ok((demonstration, schema, before)) => {
+                Ok(Self { demonstration, schema, before, path: path.to_owned(), text })
             }
             Err((key, problem)) => Err(refuse(path, &text, &key, problem)),
         }
@@ -318,7 +340,7 @@ fn refuse(path: &Path, text: &str, key: &str, problem: impl Into<String>) -> Ben
 }
 
 /// Checks files that are learned together, in the order in which they are learned: one schema, names used once, and each
-/// `after` a segment of a demonstration before it.
+/// `after` and `interrupted` a segment of a demonstration before it.
 ///
 /// # Errors
 /// [`BenchError::Demonstration`].
@@ -339,19 +361,20 @@ pub fn check_together(files: &[DemonstrationFile]) -> Result<(), BenchError> {
             let problem = format!("expected the schema of {}: all files of one call share it", first.path.display());
             return Err(file.refuse(&key, problem));
         }
-        if let Some(After { demonstration, segment }) = &file.after {
+        for (key, primitive) in file.before.named() {
+            let Some(Instance { demonstration, segment }) = primitive else { continue };
             let Some(other) = former.iter().find(|other| **other.demonstration.name() == **demonstration) else {
                 let known: Vec<String> =
                     former.iter().map(|other| format!("`{}`", other.demonstration.name())).collect();
                 let problem =
                     format!("no demonstration `{demonstration}` before this one, expected one of {}", known.join(", "));
-                return Err(file.refuse("after.demonstration", problem));
+                return Err(file.refuse(&format!("{key}.demonstration"), problem));
             };
             let segments = other.segments();
             if *segment as usize >= segments {
                 let problem =
                     format!("{segment}, expected 0 to {} (`{demonstration}` has {segments} segments)", segments - 1);
-                return Err(file.refuse("after.segment", problem));
+                return Err(file.refuse(&format!("{key}.segment"), problem));
             }
         }
     }
@@ -359,7 +382,7 @@ pub fn check_together(files: &[DemonstrationFile]) -> Result<(), BenchError> {
 }
 
 /// The text of a demonstration file.
-pub fn render(demonstration: &Demonstration, schema: &Schema, after: Option<&After>) -> String {
+pub fn render(demonstration: &Demonstration, schema: &Schema, before: &Before) -> String {
     let pose = |pose: &Pose| FilePose {
         position: pose.translation.vector.into(),
         quaternion: [pose.rotation.w, pose.rotation.i, pose.rotation.j, pose.rotation.k],
@@ -376,7 +399,8 @@ pub fn render(demonstration: &Demonstration, schema: &Schema, after: Option<&Aft
         name: demonstration.name().to_string(),
         kind: demonstration.kind(),
         schema: schema.features().to_vec(),
-        after: after.cloned(),
+        after: before.after.clone(),
+        interrupted: before.interrupted.clone(),
         carried_to_end: demonstration.carried_to_end(),
         keyframes: demonstration.keyframes().iter().map(keyframe).collect(),
         final_state: demonstration.final_state().values().to_vec(),

@@ -5,7 +5,7 @@ use std::fmt;
 use rand_chacha::ChaCha8Rng;
 use situ::keyframe::policy::Execution;
 use situ::method::Learned;
-use situ::place::Place;
+use situ::place::{NodeId, Place};
 use situ_sim::{Gripper, MAX_OPENING, MotionEnd, World};
 use situ_tasks::{Episode, Moment};
 use situ_teachers::convert::{gripper_command, observe};
@@ -107,6 +107,8 @@ pub struct Rollout {
     pub last: Place,
     /// Its reference object.
     pub last_reference: Option<String>,
+    /// The primitive that was begun and did not run to its end.
+    pub interrupted: Option<NodeId>,
     /// Whether the goal holds in the world as it was left.
     pub success: bool,
     /// The primitives that were begun, with their probabilities.
@@ -126,6 +128,7 @@ pub fn rollout(
 ) -> Result<Rollout, BenchError> {
     let mut last = Place::Start;
     let mut last_reference = None;
+    let mut interrupted = None;
     let mut primitives = Vec::new();
     let mut watch = Watch { watched: execute.watched, missed: 0 };
     let ended = loop {
@@ -148,6 +151,7 @@ pub fn rollout(
         }
         primitives.push((child, probability));
         if let Some(reason) = perform(episode, &mut watch, &reference, &frame, &keyframes, observer) {
+            interrupted = Some(node);
             break reason;
         }
         // What the teacher sees after a primitive, it sees after the primitive has run.
@@ -158,7 +162,7 @@ pub fn rollout(
         }
     };
     let ended = if episode.is_sound() { ended } else { Ended::Spoilt };
-    Ok(Rollout { ended, last, last_reference, success: episode.succeeded(), primitives })
+    Ok(Rollout { ended, last, last_reference, interrupted, success: episode.succeeded(), primitives })
 }
 
 /// Performs one primitive; says why where it was not performed to its end.

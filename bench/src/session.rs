@@ -16,6 +16,7 @@ use situ_teachers::{Teacher, convert};
 
 use crate::archive::Archive;
 use crate::correction::Robot;
+use crate::demonstration_file::Before;
 use crate::error::BenchError;
 use crate::evaluation::{Evaluation, Until};
 use crate::protocol::Protocol;
@@ -80,7 +81,7 @@ impl Surroundings<'_> {
             let shown = self.teacher.demonstrate(&name, Kind::Original, schema, &mut episode, seed, &mut |_| {})?;
             if let (true, Some(demonstration)) = (shown.clean, shown.demonstration) {
                 if let Some(archive) = self.archive {
-                    archive.write(&format!("{}/full-{index}", self.folder(setting)), &demonstration, schema, None)?;
+                    archive.write(&format!("{}/full-{index}", self.folder(setting)), &demonstration, schema, &Before::default())?;
                 }
                 return Ok(Some((demonstration, effort_of(&shown.effort))));
             }

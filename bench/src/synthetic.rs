@@ -301,6 +301,7 @@ impl Planted {
 
 #[cfg(test)]
 mod tests {
+    use situ::correction::Correction;
     use situ::edit::difference;
     use situ::method;
 
@@ -321,7 +322,7 @@ mod tests {
                 for edit in Edit::ALL {
                     let planted = automaton.plant(edit, seed).unwrap();
                     let mut model = model.boxed();
-                    let trace = model.correct(planted.last(&before).unwrap(), &planted.demonstration).unwrap();
+                    let trace = model.correct(Correction::after(planted.last(&before).unwrap(), &planted.demonstration)).unwrap();
                     let made = difference(&before, &model.graph()).edit();
                     let expected = if name == "situ" { edit } else { planted.made_by_retraining() };
                     assert_eq!(made, expected, "{name}, {nodes} nodes, seed {seed}: {trace:?}");
@@ -338,7 +339,7 @@ mod tests {
             let mut model = taught("situ", &automaton);
             let planted = automaton.plant(Edit::None, 5).unwrap();
             let last = planted.last(&model.graph()).unwrap();
-            model.correct(last, &planted.demonstration).unwrap().steps[0].applicable
+            model.correct(Correction::after(last, &planted.demonstration)).unwrap().steps[0].applicable
         };
         for nodes in [10, 100] {
             let fixed = applicable(nodes, Applicable::Fixed(2));

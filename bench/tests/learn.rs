@@ -84,13 +84,13 @@ fn every_method_learns_the_example() {
 #[test]
 fn what_is_rendered_is_read_back() {
     let original = read(ORIGINALS[0]);
-    let text = render(&original.demonstration, &original.schema, original.after.as_ref());
+    let text = render(&original.demonstration, &original.schema, &original.before);
     let again = DemonstrationFile::parse(text.clone(), original.path()).unwrap();
     assert_eq!(
-        (&again.demonstration, &again.schema, &again.after),
-        (&original.demonstration, &original.schema, &original.after)
+        (&again.demonstration, &again.schema, &again.before),
+        (&original.demonstration, &original.schema, &original.before)
     );
-    assert_eq!(render(&again.demonstration, &again.schema, again.after.as_ref()), text);
+    assert_eq!(render(&again.demonstration, &again.schema, &again.before), text);
 }
 
 #[test]
@@ -123,9 +123,23 @@ const fn mistake(
 const FIRST: &str = ORIGINALS[0];
 const SECOND: &str = ORIGINALS[1];
 
-const MISTAKES: [Mistake; 18] = [
+const MISTAKES: [Mistake; 20] = [
     mistake(FIRST, "\"kind\": \"original\"", "\"kind\": \"whole\"", "kind", "expected `original` or `corrective`"),
-    mistake(FIRST, "\"after\": null", "\"after\": 3", "after", "expected struct After"),
+    mistake(FIRST, "\"after\": null", "\"after\": 3", "after", "expected null or {\"demonstration\": name"),
+    mistake(
+        FIRST,
+        "\"after\": null",
+        "\"after\": null, \"interrupted\": {\"demonstration\": \"serve-2\", \"segment\": 0}",
+        "interrupted",
+        "begins at START",
+    ),
+    mistake(
+        CORRECTION,
+        "\"after\": null",
+        "\"after\": null, \"interrupted\": {\"demonstration\": \"serve-1\", \"segment\": 9}",
+        "interrupted.segment",
+        "9, expected 0 to",
+    ),
     mistake(FIRST, "\"carried_to_end\": true", "\"carried\": true", "carried", "expected one of `name`"),
     mistake(FIRST, "{\"open\": 0.08}", "{\"opened\": 0.08}", "keyframes[0].gripper", "expected `open` or `close`"),
     mistake(FIRST, "{\"open\": 0.08}", "1.5", "keyframes[0].gripper", "expected an opening from 0"),

@@ -33,8 +33,9 @@ pub struct Modify {
     pub min_probability: f64,
     /// The segment must be no further from the primitive's policy than this, in the unit of the cut.
     pub max_distance: f64,
-    /// A segment that matches a primitive, but whose policy is displaced from the primitive's by at least this much, replaces it, too: within
-    /// the cut, an average would do neither the old thing nor the new. Metres; infinite is never. See [`crate::primitive::Learner::displacement`].
+    /// A segment replaces the policy where it is displaced from it by at least this much, be it a match or not: within the cut, an average
+    /// would do neither the old thing nor the new; beyond it, a clumsy demonstration of the old thing would put itself in its place. One that
+    /// is displaced by less is an instance. Metres; infinite is never. See [`crate::primitive::Learner::displacement`].
     pub min_displacement: f64,
 }
 

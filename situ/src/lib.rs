@@ -7,7 +7,7 @@
 //! | task model `T` | [`task_model::TaskModel`] |
 //! | node `z`, policy `π`, initiation classifier `c` | [`task_model::Node`], [`primitive`] |
 //! | `parent(z)`, `children(z)` | [`task_model::TaskModel::parents`], [`task_model::TaskModel::children`] |
-//! | Algorithm 1, `SITU(z, S, D, T)` | [`situ::situ`] |
+//! | Algorithm 1, `SITU(z, S, D, T)` | [`situ::situ`], its `z`, `S`, `D` a [`correction::Correction`] |
 //! | Algorithm 2, `Local-Update` | `local_update` in [`mod@situ`] |
 //! | A1.6, applicable primitives | [`task_model::TaskModel::applicable`] |
 //! | A2.2, A2.4: Cluster, Find-Policy | [`candidates::find`], [`primitive::Learner::cluster_and_find`] |
@@ -21,6 +21,7 @@
 //! The crate knows no physics, no files and no clock, and takes every random number from a seed that its caller names.
 
 pub mod candidates;
+pub mod correction;
 pub mod decisions;
 pub mod demonstration;
 pub mod edit;

@@ -4,8 +4,9 @@
 use std::collections::BTreeSet;
 
 use crate::candidates;
+use crate::correction::Correction;
 use crate::decisions::{Decisions, Modify};
-use crate::demonstration::{Demonstration, Segment};
+use crate::demonstration::Segment;
 use crate::error::SituError;
 use crate::place::{NodeId, Place, SampleId, Samples, SegmentId};
 use crate::primitive::Learner;
@@ -13,22 +14,23 @@ use crate::segmentation::by_reference_object;
 use crate::task_model::{History, TaskModel};
 use crate::trace::{Branch, Counters, Step, Trace};
 
-/// A1.1: folds a corrective demonstration into the task model, `last` being the primitive that ran last.
+/// A1.1: folds a corrective demonstration into the task model.
 ///
 /// Returns the updated model and what was done. The cost depends on the applicable primitives and their neighbours, not
 /// on the size of the model, but for the scan of A1.6.
 ///
 /// # Errors
-/// Where `last` is END or not in the model, or the learner refuses a segment; the model is lost then: clone it before.
+/// Where the last primitive is END or not in the model, or the interrupted one is not, or the learner refuses a segment; the model is lost then: clone it before.
 pub fn situ<L: Learner>(
-    last: Place,
-    demonstration: &Demonstration,
+    correction: Correction<'_>,
     mut model: TaskModel<L>,
     learner: &L,
     decisions: &Decisions,
 ) -> Result<(TaskModel<L>, Trace), SituError> {
+    let Correction { last, mut interrupted, demonstration } = correction;
     let mut trace = Trace::default();
     let origin = model.origin(last)?;
+    interrupted.map(|id| model.node(id)).transpose()?;
     let segments = model.begin(History::new(demonstration, by_reference_object(demonstration), origin));
     let mut a = last; // A1.2
     for d in &segments {
@@ -36,7 +38,7 @@ pub fn situ<L: Learner>(
         let s = model.segment(*d).start.clone(); // A1.4 (D0: the world before the motion to the first keyframe)
         let mut counters = Default::default();
         let z = model.applicable(&s, &mut counters); // A1.6 (A1.5, d ← D[i], is the loop's own)
-        let mut step = local_update(a, *d, &z, &mut model, learner, decisions)?; // A1.7
+        let mut step = local_update(a, interrupted.take(), *d, &z, &mut model, learner, decisions)?; // A1.7
         a = Place::Node(step.node); // A1.7
         counters += step.counters;
         step.counters = counters;
@@ -62,35 +64,41 @@ pub fn situ<L: Learner>(
     Ok((model, trace))
 }
 
-/// D18: the primitive that the segment shows another way of doing, if any. Of a match `i`, the match itself, where their paths are
-/// far apart. Of an unmatched segment, the child of `a` that would have run, and then `a` itself, where it is on the same object
-/// and not too far from the segment.
+/// D18: the primitive that the segment shows another way of doing, if any, and whether that way is to replace the primitive's own.
+///
+/// Of a match `i`, the match itself, where the two are far apart. Of an unmatched segment, the primitive that was interrupted, the child of
+/// `a` that would have run, and then `a` itself: the first of them that is on the same object and not too far from the segment. It is
+/// replaced where the segment is far from it; where it is not, what sets the two apart is noise, and the segment is one more instance.
 #[expect(clippy::too_many_arguments, reason = "what a line of the listing knows")]
-fn modified<L: Learner>(
+fn another_way<L: Learner>(
     model: &TaskModel<L>,
     a: Place,
+    interrupted: Option<NodeId>,
     i: Option<NodeId>,
     segment: &Segment,
     own: &L::Policy,
     learner: &L,
     rule: &Modify,
     counters: &mut Counters,
-) -> Result<Option<NodeId>, SituError> {
+) -> Result<Option<(NodeId, Branch)>, SituError> {
+    let branch = |y: NodeId| -> Result<Branch, SituError> {
+        let is_far = learner.displacement(&model.node(y)?.policy, own) >= rule.min_displacement;
+        Ok(if is_far { Branch::Modify } else { Branch::Existing })
+    };
     if let Some(y) = i {
-        let displacement = learner.displacement(&model.node(y)?.policy, own);
-        return Ok((displacement >= rule.min_displacement).then_some(y));
+        return Ok(Some((y, branch(y)?)));
     }
     let nodes = model.children(a).filter(|child| matches!(child, Place::Node(_)));
     let likely = nodes
         .map(|child| (model.probability(child, &segment.start), child))
         .reduce(|best, other| if other.0 > best.0 { other } else { best });
     let likely = likely.filter(|(probability, _)| *probability >= rule.min_probability).map(|(_, child)| child);
-    for place in likely.into_iter().chain([a]) {
+    for place in interrupted.map(Place::Node).into_iter().chain(likely).chain([a]) {
         if let Place::Node(y) = place
             && model.node(y)?.reference == segment.reference
             && learner.distance(&model.node(y)?.policy, own, counters) <= rule.max_distance
         {
-            return Ok(Some(y));
+            return Ok(Some((y, branch(y)?)));
         }
     }
     Ok(None)
@@ -99,6 +107,7 @@ fn modified<L: Learner>(
 /// A2.1: one segment `d`, whose start state is `s`, folded in after `a`, the applicable primitives being `z_set`.
 fn local_update<L: Learner>(
     a: Place,
+    interrupted: Option<NodeId>,
     d: SegmentId,
     z_set: &[NodeId],
     model: &mut TaskModel<L>,
@@ -123,10 +132,10 @@ fn local_update<L: Learner>(
     let mut branch = if i.is_some() { Branch::Existing } else { Branch::New };
 
     if let Some(rule) = decisions.modify {
-        let modified = modified(model, a, i, &segment, &own, learner, &rule, &mut counters)?; // D18
-        if modified.is_some() {
-            i = modified;
-            branch = Branch::Modify;
+        let interrupted = interrupted.map(now);
+        let way = another_way(model, a, interrupted, i, &segment, &own, learner, &rule, &mut counters)?; // D18
+        if let Some((y, of)) = way {
+            (i, branch) = (Some(y), of);
         }
     }
 

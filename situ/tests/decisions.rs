@@ -9,6 +9,7 @@ use std::collections::BTreeSet;
 use common::structure::check;
 use common::toy::Toy;
 use common::{histories, spelt};
+use situ::correction::Correction;
 use situ::decisions::{Background, Candidates, Decisions, Modify};
 use situ::method::rebuild::{rebuild, refit};
 use situ::place::{NodeId, Place, SampleId, SegmentId};
@@ -45,7 +46,7 @@ fn corrected(
 ) -> (TaskModel<Toy>, Vec<Step>) {
     let last = after.map_or(Place::Start, |segment| Place::Node(model.node_of(segment).unwrap()));
     let shown = spelt(words, end.unwrap_or(0.0), end.is_some());
-    let (after, trace) = situ::situ::situ(last, &shown, model.clone(), learner, &decisions).unwrap();
+    let (after, trace) = situ::situ::situ(Correction::after(last, &shown), model.clone(), learner, &decisions).unwrap();
     check(&after, decisions.subtract_own_positives);
     (after, trace.steps)
 }
@@ -190,7 +191,7 @@ fn d11_only_what_is_carried_on_ends_the_task() {
 #[test]
 fn d18_an_unmatched_segment_replaces_the_policy_that_would_have_run() {
     let model = taught(&[(&[A, B, C], Some(3.0)), (&[A, B, C], Some(3.0))], 2.0);
-    let rule = Modify { min_probability: 0.5, max_distance: 8.0, min_displacement: f64::INFINITY };
+    let rule = Modify { min_probability: 0.5, max_distance: 8.0, min_displacement: 5.0 };
     let modify = |rule| Decisions { modify: rule, ..MENDED };
     let moved = [(1, 6.0, 1.0)];
     let (after, steps) = corrected(&model, Some(id(0, 0)), &moved, None, modify(Some(rule)));
@@ -203,6 +204,12 @@ fn d18_an_unmatched_segment_replaces_the_policy_that_would_have_run() {
     let (refitted, _) = refit(after.clone(), &model.1, &MENDED).unwrap();
     assert_eq!(refitted.node(node(&after, id(0, 1))).unwrap().policy.x, 6.0);
     check(&refitted, true);
+
+    // Beyond the cut and not far away all the same: noise, and one instance more.
+    let near = Modify { min_displacement: 6.1, ..rule };
+    let (after, steps) = corrected(&model, Some(id(0, 0)), &moved, None, modify(Some(near)));
+    assert_eq!((steps[0].branch, steps[0].matched_in, after.len()), (Branch::Existing, MatchedIn::None, 3));
+    assert_eq!(after.node(node(&after, id(0, 1))).unwrap().policy.x, 2.0, "the mean of 0, 0 and 6");
 
     // Each condition alone keeps the old variant: the switch, the object, the state, the distance.
     let refused: [(Option<Modify>, Word); 4] = [
@@ -233,7 +240,28 @@ fn d18_a_match_far_from_the_policy_replaces_it_and_so_does_another_way_of_what_r
     assert_eq!(policy(rule(1.6)), (Branch::Existing, 3, 0.5));
     assert_eq!(policy(None), (Branch::Existing, 3, 0.5));
     // What ran last, shown in another way from a state in which it would not begin.
-    let (after, steps) = corrected(&model, Some(id(0, 1)), &[(1, 6.0, 2.5)], None, modify(rule(f64::INFINITY)));
+    let (after, steps) = corrected(&model, Some(id(0, 1)), &[(1, 6.0, 2.5)], None, modify(rule(5.0)));
     assert_eq!((steps[0].branch, after.len()), (Branch::Modify, 3));
     assert_eq!(after.node(node(&after, id(0, 1))).unwrap().policy.x, 6.0);
+}
+
+#[test]
+fn d18_what_was_interrupted_is_the_first_to_be_shown_another_way() {
+    let model = taught(&[(&[A, B, C], Some(3.0)), (&[A, B, C], Some(3.0))], 2.0);
+    let rule = Modify { min_probability: 0.5, max_distance: 8.0, min_displacement: 5.0 };
+    let decisions = Decisions { modify: Some(rule), ..MENDED };
+    let (a, b) = (node(&model.0, id(0, 0)), node(&model.0, id(0, 1)));
+    // Half way through B the world looks like nothing in which B begins; another segment of the correction comes after it.
+    let shown = spelt(&[(1, 6.0, 40.0), (2, 6.0, 41.0)], 0.0, false);
+    let correct = |interrupted| {
+        let correction = Correction { last: Place::Node(a), interrupted, demonstration: &shown };
+        situ::situ::situ(correction, model.0.clone(), &model.1, &decisions).unwrap()
+    };
+    let branches = |interrupted| correct(interrupted).1.steps.iter().map(|step| step.branch).collect::<Vec<_>>();
+    assert_eq!(branches(None), [Branch::New, Branch::New]);
+    assert_eq!(branches(Some(b)), [Branch::Modify, Branch::New], "what comes later was not interrupted");
+    assert_eq!(branches(Some(a)), [Branch::New, Branch::New], "another object is no other way");
+    let (after, _) = correct(Some(b));
+    check(&after, true);
+    assert_eq!(after.node(b).unwrap().policy.x, 6.0);
 }

@@ -7,6 +7,7 @@ use std::collections::BTreeSet;
 use common::{CAREFUL, Planted, Task};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use situ::correction::Correction;
 use situ::decisions::Decisions;
 use situ::demonstration::{Demonstration, Feature, Schema};
 use situ::error::SituError;
@@ -117,16 +118,21 @@ fn every_method_teaches_corrects_and_repeats_itself() {
 
                 // What cannot be is refused, and changes nothing.
                 let mut refuse = |last, expected| {
-                    assert_eq!(model.correct(last, &correction.demonstration), Err(expected), "{name}");
+                    assert_eq!(model.correct(Correction::after(last, &correction.demonstration)), Err(expected), "{name}");
                 };
                 refuse(Place::End, SituError::NotExecutable(Place::End));
                 let stranger = NodeId(1 + graph.nodes.iter().map(|node| node.id.0).max().unwrap());
                 refuse(Place::Node(stranger), SituError::UnknownNode(stranger));
+                let interrupted = Correction {
+                    interrupted: Some(stranger),
+                    ..Correction::after(Place::Start, &correction.demonstration)
+                };
+                assert_eq!(model.correct(interrupted), Err(SituError::UnknownNode(stranger)), "{name}");
                 assert_eq!(model.to_json(), json, "{name}: an error leaves the model as it was");
 
                 // A copy knows nothing of what its original learns.
                 let copy = model.boxed();
-                let trace = model.correct(last, &correction.demonstration).unwrap();
+                let trace = model.correct(Correction::after(last, &correction.demonstration)).unwrap();
                 assert_eq!((copy.graph(), copy.to_json()), (graph, json), "{name}");
                 let changed = model.to_json() != copy.to_json();
                 assert_eq!(changed, method.role() != Role::Control, "{name}: corrections are learnt, but by controls");
@@ -148,7 +154,8 @@ fn rebuild_after_corrections_is_rebuild_at_once() {
     let mut histories = common::histories(&task.originals(3, CAREFUL));
     for (draw, (planted, end)) in (0..).zip(CORRECTIONS) {
         let correction = task.correction(planted, draw, CAREFUL, end);
-        model.correct(correction.last_in(&model.graph()), &correction.demonstration).unwrap();
+        let last = correction.last_in(&model.graph());
+        model.correct(Correction::after(last, &correction.demonstration)).unwrap();
         let after = original.origin(correction.last(&original)).unwrap();
         histories.push(History::new(&correction.demonstration, by_reference_object(&correction.demonstration), after));
     }
@@ -169,7 +176,7 @@ fn states_of_another_schema_are_refused() {
         assert_eq!(method.teach(&task.schema, &[], SEED).map(|_| ()), Err(SituError::NoDemonstration), "{name}");
         let mut model = taught(&*method, &task);
         let before = model.to_json();
-        let refused = model.correct(Place::Start, &other);
+        let refused = model.correct(Correction::after(Place::Start, &other));
         assert!(
             matches!(refused, Err(SituError::StateLength { expected, .. }) if expected == task.schema.len()),
             "{name}"

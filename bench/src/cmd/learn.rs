@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
+use situ::correction::Correction;
 use situ::demonstration::Kind;
 use situ::edit::{self, Difference};
 use situ::method::{self, Learned, Method};
@@ -120,22 +121,21 @@ pub fn learn(
     let mut corrected = Vec::with_capacity(corrections.len());
     let mut before = learned.graph();
     for file in corrections {
-        let last = match &file.after {
-            None => Place::Start,
-            Some(after) => {
-                let demonstration = files.iter().position(|other| **other.demonstration.name() == *after.demonstration);
-                let segment =
-                    SegmentId { demonstration: count(demonstration.unwrap_or_default()), index: after.segment };
-                match before.holders().get(&segment) {
-                    Some(node) => Place::Node(node.id),
-                    None => {
-                        let problem = format!("`{}` keeps no node that holds this segment", method.name());
-                        return Err(file.refuse("after.segment", problem));
-                    }
-                }
-            }
+        let [last, interrupted] = file.before.named().map(|(key, primitive)| {
+            let Some(primitive) = primitive else { return Ok(None) };
+            let demonstration = files.iter().position(|other| **other.demonstration.name() == *primitive.demonstration);
+            let demonstration = count(demonstration.unwrap_or_default());
+            let segment = SegmentId { demonstration, index: primitive.segment };
+            let node = before.holders().get(&segment).map(|node| node.id);
+            let problem = || format!("`{}` keeps no node that holds this segment", method.name());
+            node.map(Some).ok_or_else(|| file.refuse(&format!("{key}.segment"), problem()))
+        });
+        let correction = Correction {
+            last: last?.map_or(Place::Start, Place::Node),
+            interrupted: interrupted?,
+            demonstration: &file.demonstration,
         };
-        let trace = learned.correct(last, &file.demonstration).map_err(|source| refuse(file, source))?;
+        let trace = learned.correct(correction).map_err(|source| refuse(file, source))?;
         let after = learned.graph();
         let difference = edit::difference(&before, &after);
         corrected.push(Corrected { name: file.demonstration.name().to_string(), difference, trace });

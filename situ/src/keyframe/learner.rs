@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::alignment::displacement;
 use super::classifier::{KeyframeClassifier, lifted, scaled, squared_distance, standardised};
 use super::cluster::average_linkage;
 use super::divergence::{cross_likelihood, monte_carlo, transient_bound};
@@ -348,15 +349,10 @@ impl Learner for KeyframeLearner {
             .collect())
     }
 
-    /// The greatest distance between a keyframe of one and the same keyframe of the other, in position. None, that is 0, where one has a
-    /// keyframe more: a needless or a forgotten one moves a path by as much as a near-variant does, and one segment does not tell which it is.
+    /// The greatest distance between a keyframe of one and the same keyframe of the other, in position: [`displacement`]. A path would say more
+    /// than is so: a needless or a forgotten keyframe moves it by as much as a near-variant does.
     fn displacement(&self, left: &KeyframePolicy, right: &KeyframePolicy) -> f64 {
-        let (left, right) = (left.means(), right.means());
-        if left.len() != right.len() {
-            return 0.0;
-        }
-        let apart = left.iter().zip(&right).map(|(a, b)| (a.translation.vector - b.translation.vector).norm());
-        apart.fold(0.0, f64::max)
+        displacement(&left.means(), &right.means())
     }
 
     fn path(&self, policy: &KeyframePolicy) -> Vec<Pose> {

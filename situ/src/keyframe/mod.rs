@@ -1,6 +1,7 @@
 //! The keyframe instantiation of SITU (paper, "Keyframe Based Algorithms"): policies are hidden Markov models over
 //! keyframes, initiation classifiers are logistic regressions, and Find-Policy clusters by divergence.
 
+pub mod alignment;
 pub mod classifier;
 pub mod cluster;
 pub mod divergence;

@@ -8,6 +8,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::rebuild::rebuild;
 use super::{Learned, Method, Role};
+use crate::correction::Correction;
 use crate::decisions::{Background, Candidates, Decisions};
 use crate::demonstration::{Demonstration, RelativeKeyframe, Schema, State};
 use crate::error::SituError;
@@ -204,16 +205,18 @@ struct KeyframeTask {
 }
 
 impl Learned for KeyframeTask {
-    fn correct(&mut self, last: Place, demonstration: &Demonstration) -> Result<Trace, SituError> {
+    fn correct(&mut self, correction: Correction<'_>) -> Result<Trace, SituError> {
+        let Correction { last, interrupted, demonstration } = correction;
         demonstration.check_features(self.learner.features())?;
         let after = self.model.origin(last)?;
+        interrupted.map(|id| self.model.node(id)).transpose()?;
         let (model, trace) = match self.update {
             Update::Nothing => return Ok(Trace::default()),
             Update::Situ => {
                 // Taken, not copied: a copy would cost with the size of the model.
                 let nothing = TaskModel::new(*self.model.calibration());
                 let model = std::mem::replace(&mut self.model, nothing);
-                situ(last, demonstration, model, &self.learner, &self.decisions)?
+                situ(correction, model, &self.learner, &self.decisions)?
             }
             Update::Rebuild => {
                 let mut histories = self.model.histories().to_vec();

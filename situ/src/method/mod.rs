@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use rand_chacha::ChaCha8Rng;
 
+use crate::correction::Correction;
 use crate::demonstration::{Demonstration, RelativeKeyframe, Schema, State};
 use crate::error::SituError;
 use crate::graph::Graph;
@@ -57,12 +58,12 @@ pub trait Method: Send + Sync {
 
 /// A task model that a method keeps up to date, and that can be executed.
 pub trait Learned: Send + Sync {
-    /// Folds a corrective demonstration in, `last` being the primitive that ran last.
+    /// Folds a correction in.
     ///
     /// # Errors
-    /// Where `last` cannot have run or the states are of another schema: the model is then as before. Where the learner refuses a segment: the model is lost then,
+    /// Where what it says to have run cannot have run, or the states are of another schema: the model is then as before. Where the learner refuses a segment: the model is lost then,
     /// so keep [`Learned::boxed`] of it where that matters.
-    fn correct(&mut self, last: Place, demonstration: &Demonstration) -> Result<Trace, SituError>;
+    fn correct(&mut self, correction: Correction<'_>) -> Result<Trace, SituError>;
 
     /// The place that most probably follows `last` in `state`, and its probability; `None` where nothing follows.
     fn next(&self, last: Place, state: &State) -> Option<(Place, f64)>;

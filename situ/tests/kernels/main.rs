@@ -4,6 +4,7 @@
 //! Where it cannot, another implementation's numbers are compared: `tests/data` holds them, minted once, each beside the
 //! script that minted it. To mint anew is to claim that the *definition* changed; say so in that commit.
 
+mod alignment;
 mod cluster;
 mod divergence;
 mod em;
