@@ -6,7 +6,7 @@
 //! smaller; both find the same minimum. The targets of `true` and `false` are inside (0, 1): with few samples the classes can
 //! always be separated, and plain maximum likelihood would diverge.
 
-mod cholesky;
+pub(crate) mod cholesky;
 mod dual;
 mod primal;
 mod problem;

@@ -1,0 +1,3 @@
+//! wip
+pub mod criterion;
+pub mod starhmm;

@@ -1,0 +1,6 @@
+//! The method `itmcd`: its model (STARHMM) against brute force and planted truths, its criterion against numbers worked out by hand, and its
+//! choice of an edit on block sorting.
+
+mod criterion;
+mod random_model;
+mod starhmm;
