@@ -112,7 +112,7 @@ pub enum StarhmmError {
 
 impl Starhmm {
     /// The children of a phase, or of `None` (nothing ran before), that can run in a sequence. `inside`: without the phase itself.
-    fn options(&self, from: Option<usize>, sequence: usize, inside: bool) -> impl Iterator<Item = usize> {
+    pub(crate) fn options(&self, from: Option<usize>, sequence: usize, inside: bool) -> impl Iterator<Item = usize> {
         let children = from.map_or(&self.first, |phase| &self.children[phase]);
         let is_present = move |to: usize| to == END || !self.phases[to].absent.contains(&sequence);
         children.iter().copied().filter(move |to| is_present(*to) && !(inside && Some(*to) == from))

@@ -1,0 +1,241 @@
+//! A keyframe task model that is corrected by the edit that AICc chooses.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use rand_chacha::ChaCha8Rng;
+
+use super::automaton::{Automaton, Retired, steps};
+use super::candidate::Candidate;
+use super::frames::Frames;
+use super::parameters::ItmcdParameters;
+use super::selection::{Plan, Round, Shown, select};
+use crate::correction::Correction;
+use crate::decisions::Decisions;
+use crate::demonstration::{Demonstration, RelativeKeyframe, Schema, Segment, State};
+use crate::error::SituError;
+use crate::graph::Graph;
+use crate::keyframe::learner::KeyframeLearner;
+use crate::keyframe::parameters::KeyframeParameters;
+use crate::keyframe::policy::Execution;
+use crate::method::Learned;
+use crate::method::rebuild::{rebuild, retrain_classifiers};
+use crate::place::{NodeId, Place, SampleId, Samples, SegmentId};
+use crate::primitive::Learner;
+use crate::segmentation::by_reference_object;
+use crate::task_model::{History, TaskModel};
+use crate::trace::{Branch, Counters, MatchedIn, Step, Trace};
+
+/// A task model, and what the last correction was found to need.
+#[derive(Clone)]
+pub struct ItmcdTask {
+    model: TaskModel<KeyframeLearner>,
+    learner: KeyframeLearner,
+    scales: Vec<f64>,
+    parameters: ItmcdParameters,
+    retired: Retired,
+    rounds: Vec<Round>,
+}
+
+impl ItmcdTask {
+    /// The original model, which is that of every keyframe method.
+    ///
+    /// # Errors
+    /// As [`crate::method::Method::teach`]; [`SituError::Parameter`] where fewer than two points stand for a segment.
+    pub fn teach(
+        schema: &Schema,
+        demonstrations: &[Demonstration],
+        parameters: ItmcdParameters,
+    ) -> Result<Self, SituError> {
+        if parameters.points < 2 {
+            let (parameter, value) = ("points", parameters.points as f64);
+            return Err(SituError::Parameter { parameter, value, rule: "must be at least 2" });
+        }
+        demonstrations.iter().try_for_each(|demonstration| demonstration.check_features(schema.len()))?;
+        let learner = KeyframeLearner::new(schema, KeyframeParameters::default());
+        let history = |shown: &Demonstration| History::new(shown, by_reference_object(shown), None);
+        let (model, _) = rebuild(demonstrations.iter().map(history).collect(), None, &learner, &Decisions::mended())?;
+        let scales = schema.features().iter().map(|feature| feature.scale).collect();
+        Ok(Self { model, learner, scales, parameters, retired: Retired::new(), rounds: Vec::new() })
+    }
+
+    /// The rounds of the last correction: every candidate, its AICc and its weight.
+    pub fn rounds(&self) -> &[Round] {
+        &self.rounds
+    }
+
+    /// Weighs the edits against each other.
+    fn plan(&self, last: Place, shown: &History, counters: &mut Counters) -> Result<Plan, SituError> {
+        let histories = || self.model.histories().iter().chain([shown]);
+        let segments: Vec<&Segment> =
+            histories().flat_map(|history| &history.segments).map(|segment| &**segment).collect();
+        let ends = histories().map(|history| &history.final_state);
+        let states: Vec<&State> = segments.iter().map(|segment| &segment.start).chain(ends).collect();
+        let frames = Frames::new(&segments, &states, self.scales.clone(), &self.parameters);
+        let (automaton, sequences) = Automaton::of(&self.model, &self.retired, &frames, &self.parameters)?;
+        let after = shown.segments.iter().skip(1).map(|segment| &segment.start).chain([&shown.final_state]);
+        let order = after.map(|state| {
+            let mut places: Vec<(f64, Place)> = self
+                .model
+                .nodes()
+                .map(|(id, _)| Place::Node(id))
+                .chain([Place::End])
+                .map(|place| (self.model.probability(place, state), place))
+                .collect();
+            counters.classifier_evaluations += places.len() as u64;
+            places.sort_by(|left, right| right.0.total_cmp(&left.0).then(left.1.cmp(&right.1)));
+            places.into_iter().map(|(_, place)| place).collect()
+        });
+        let shown = Shown {
+            last,
+            entry_features: frames.entry_features(&shown.segments[0].start),
+            order: order.collect(),
+            segments: steps(&frames, shown, |_, segment| frames.context(segment)),
+            ends: shown.carried_to_end,
+        };
+        select(automaton, sequences, &shown, self.model.next_id(), &self.parameters, counters)
+    }
+
+    /// Folds the correction in: its segments into these nodes, by these edits.
+    fn fold(
+        &mut self,
+        last: Place,
+        shown: History,
+        plan: &Plan,
+        nodes: &[NodeId],
+        counters: &mut Counters,
+    ) -> Result<Vec<Step>, SituError> {
+        let carried_to_end = shown.carried_to_end;
+        let ids = self.model.begin(shown);
+        let candidates: usize = plan.rounds.iter().map(|round| round.evaluations.len()).sum();
+        let mut modified: BTreeSet<NodeId> = plan
+            .edits()
+            .filter_map(|edit| match edit {
+                Candidate::Modify { node, .. } => Some(node),
+                _ => None,
+            })
+            .collect();
+        // A node that a segment was to make, and that no segment was placed in, is not made: later ones move up.
+        let mut made: Vec<(NodeId, NodeId)> = Vec::new();
+        let mut refit = BTreeSet::new();
+        let mut a = last;
+        let mut trace = Vec::new();
+        for (segment, planned) in ids.iter().zip(nodes) {
+            let model_size = self.model.len();
+            let known = made.iter().find(|(name, _)| name == planned).map_or(*planned, |(_, id)| *id);
+            let is_new = known == *planned
+                && plan.edits().any(|edit| matches!(edit, Candidate::Node { new, .. } if new == *planned))
+                && !made.iter().any(|(name, _)| name == planned);
+            let (node, branch) = if is_new {
+                let id = self.add(*segment, counters)?;
+                made.push((*planned, id));
+                (id, Branch::New)
+            } else {
+                let replace = modified.remove(&known);
+                if replace {
+                    let old = self.model.node(known)?.policy_segments.clone();
+                    self.retired.entry(known).or_default().push(old);
+                }
+                self.model.adopt(known, *segment, replace)?;
+                refit.insert(known);
+                (known, if replace { Branch::Modify } else { Branch::Existing })
+            };
+            self.model.place(*segment, node);
+            let edge_added = self.model.add_edge(a, Place::Node(node));
+            trace.push(Step {
+                reference: self.model.segment(*segment).reference.to_string(),
+                applicable: model_size,
+                model_size,
+                candidates,
+                matched_in: if is_new { MatchedIn::None } else { MatchedIn::Reference },
+                branch,
+                node,
+                after: a,
+                edge_added,
+                merged: Vec::new(),
+                counters: Counters::default(),
+            });
+            a = Place::Node(node);
+        }
+        for id in refit {
+            self.model.fit_policy(&self.learner, id, counters)?;
+        }
+        if let (true, Some(first)) = (carried_to_end, ids.first()) {
+            self.model.add_final(first.demonstration);
+            self.model.add_edge(a, Place::End);
+        }
+        for edit in plan.edits() {
+            let actual = |place: Place| match place {
+                Place::Node(name) => {
+                    let id = made.iter().find(|(planned, _)| *planned == name).map_or(name, |(_, id)| *id);
+                    self.model.node(id).ok().map(|_| Place::Node(id))
+                }
+                other => Some(other),
+            };
+            let (from, to) = match edit {
+                Candidate::Edge { from, to } => (actual(from), actual(to)),
+                Candidate::Node { new, to, .. } => (actual(Place::Node(new)), actual(to)),
+                Candidate::Nothing | Candidate::Modify { .. } => continue,
+            };
+            if let (Some(from), Some(to)) = (from, to) {
+                self.model.add_edge(from, to);
+            }
+        }
+        counters.nodes_touched += self.model.len() as u64;
+        retrain_classifiers(&mut self.model, &self.learner, &Decisions::mended(), counters)?;
+        Ok(trace)
+    }
+
+    /// A node of one segment.
+    fn add(&mut self, segment: SegmentId, counters: &mut Counters) -> Result<NodeId, SituError> {
+        let own = self.model.segment(segment).clone();
+        let policy = self.learner.fit_policy(&[&own], counters)?;
+        let samples = Samples { positives: BTreeSet::from([SampleId::Start(segment)]), negatives: BTreeSet::new() };
+        let classifier = self.model.fit_samples(&self.learner, &samples, counters)?;
+        Ok(self.model.add_node(BTreeSet::from([segment]), policy, samples, classifier))
+    }
+}
+
+impl Learned for ItmcdTask {
+    fn correct(&mut self, correction: Correction<'_>) -> Result<Trace, SituError> {
+        let Correction { last, interrupted, demonstration } = correction;
+        demonstration.check_features(self.scales.len())?;
+        let after = self.model.origin(last)?;
+        interrupted.map(|id| self.model.node(id)).transpose()?;
+        let shown = History::new(demonstration, by_reference_object(demonstration), after);
+        let mut counters = Counters::default();
+        let plan = self.plan(last, &shown, &mut counters)?;
+        let steps = match &plan.nodes {
+            Some(nodes) => self.fold(last, shown, &plan, nodes, &mut counters)?,
+            None => Vec::new(),
+        };
+        self.rounds = plan.rounds;
+        Ok(Trace { steps, counters })
+    }
+
+    fn next(&self, last: Place, state: &State) -> Option<(Place, f64)> {
+        self.model.most_probable_child(last, state)
+    }
+
+    fn keyframes(
+        &self,
+        node: NodeId,
+        execution: Execution,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError> {
+        let policy = &self.model.node(node)?.policy;
+        Ok((policy.reference().clone(), policy.keyframes(execution, rng)))
+    }
+
+    fn graph(&self) -> Graph {
+        Graph::of(&self.model, &self.learner)
+    }
+
+    fn boxed(&self) -> Box<dyn Learned> {
+        Box::new(self.clone())
+    }
+
+    fn to_json(&self) -> serde_json::Value {
+        serde_json::json!({ "model": &self.model, "rounds": &self.rounds })
+    }
+}
