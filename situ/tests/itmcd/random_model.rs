@@ -114,6 +114,7 @@ pub(crate) fn draw(model: &Starhmm, most: usize, rng: &mut ChaCha8Rng) -> (Seque
             exit_features: shown.clone(),
             entry_features: shown.clone(),
             target: target.clone(),
+            can_end: true,
         });
         path.push(phase);
         let odds = product(&model.exits[model.phases[phase].exit], &shown);

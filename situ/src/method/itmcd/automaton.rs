@@ -92,7 +92,7 @@ impl Automaton {
             children: vec![Vec::new(); phases.len()],
             phases,
             first: Vec::new(),
-            exits: vec![vec![0.0; 2]; size],
+            exits: vec![vec![0.0]; size],
             entries: vec![vec![0.0; frames.entry_width()]; size + 1],
             end_entry: size,
         };

@@ -77,7 +77,8 @@ impl Frames {
         1 + self.features.len()
     }
 
-    /// The steps of a segment as one of this context; `after` is the state that it reached. φ is (1, whether the last point is reached).
+    /// The steps of a segment as one of this context; `after` is the state that it reached. Its phase ends at the last alone, for the segmentation is
+    /// known and an automaton runs whole primitives; φ is a constant.
     pub(super) fn steps(&self, segment: &Segment, context: usize, after: &State) -> Vec<Step> {
         let entry_features = self.entry_features(after);
         let last = self.points - 1;
@@ -95,8 +96,14 @@ impl Frames {
                     regressors.extend(before.take().unwrap_or_else(|| vec![0.0; target.len()]));
                 }
                 before = Some(target.clone());
-                let exit_features = vec![1.0, if index == last { 1.0 } else { 0.0 }];
-                Step { context, regressors, target, exit_features, entry_features: entry_features.clone() }
+                Step {
+                    context,
+                    regressors,
+                    target,
+                    can_end: index == last,
+                    exit_features: vec![1.0],
+                    entry_features: entry_features.clone(),
+                }
             })
             .collect()
     }

@@ -95,7 +95,8 @@ impl Starhmm {
                     features,
                 });
             }
-            for transition in &posterior.transitions {
+            let learned = posterior.transitions.iter().filter(|transition| sequence.steps[transition.step].can_end);
+            for transition in learned {
                 let ends: f64 = transition.ends.iter().map(|(_, weight)| weight).sum();
                 let features = &*sequence.steps[transition.step].exit_features;
                 exits[self.phases[transition.from].exit].push((features, ends, transition.stays));

@@ -73,7 +73,10 @@ impl Starhmm {
                 }
                 let odds = dot(&self.exits[self.phases[phase].exit], &step.exit_features);
                 if time < last && density[time + 1][phase] > f64::NEG_INFINITY {
-                    ways.push((phase, log_sigmoid(-odds)));
+                    ways.push((phase, if step.can_end { log_sigmoid(-odds) } else { 0.0 }));
+                }
+                if !step.can_end {
+                    return ways;
                 }
                 let options: Vec<usize> = self.options(Some(phase), index, true).collect();
                 let leads = |to: usize| {

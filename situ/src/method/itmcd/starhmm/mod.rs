@@ -6,8 +6,9 @@
 //! T(i, j) = (1 − τ_i) 1\[i = j\] + τ_i η_ij. A phase that ends and begins again inside a sequence would need a count of its own, so
 //! there a phase is no child of itself; as the phase that ran *before* a sequence it can be.
 //!
-//! Two things are added to the paper's model. A step carries an observed *context* (here: the object that it is about), and a phase makes steps of
-//! its own context alone. Phases can share w and v, and a phase can be absent from some sequences: a new version of an old phase.
+//! Three things are added to the paper's model. A step carries an observed *context* (here: the object that it is about), and a phase makes
+//! steps of its own context alone. Where a segmentation is known, a phase can end at its cuts alone: elsewhere τ is 0. And phases can share w
+//! and v, and be absent from some sequences: a new version of an old phase.
 //!
 //! Nothing here knows tasks, physics, files or clocks. Sums are in a fixed order and logarithms from `libm`: equal input, equal bits.
 
@@ -68,6 +69,8 @@ pub struct Step {
     pub regressors: Vec<f64>,
     /// y_t, shape (d).
     pub target: Vec<f64>,
+    /// Whether the phase can end after it; where the segmentation is known, inside a segment it cannot: τ is 0 there.
+    pub can_end: bool,
     /// φ of the state that it reached.
     pub exit_features: Vec<f64>,
     /// ψ of the state that it reached.
