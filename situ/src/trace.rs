@@ -9,7 +9,7 @@ use crate::place::{NodeId, Place};
 /// Exact counts of work. They depend on the input alone, never on the machine, so a difference is a verdict.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {
-    /// Hidden Markov models fitted, policies and signatures alike.
+    /// Hidden Markov models fitted, policies and signatures alike, and the models of phases of `itmcd`.
     pub hmm_fits: u64,
     /// Iterations of expectation maximisation over all fits.
     pub em_iterations: u64,

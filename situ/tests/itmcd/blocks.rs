@@ -86,7 +86,7 @@ impl Need {
         }
     }
 
-    /// How many skills of the task were done, how many of them have effect, what is shown, and how many skills of it bring back to the task.
+    /// How many skills of the task have run, and what is shown.
     fn shown(self, block: usize) -> (usize, Vec<Skill>) {
         match self {
             Self::Nothing => (2 * block, vec![Pick(block), Drop(block)]),
@@ -296,91 +296,141 @@ fn chosen(task: &ItmcdTask) -> Option<Edit> {
         .or(Some(Edit::None))
 }
 
-/// What was chosen over all draws.
-struct Outcome {
-    /// Draws by need and by chosen edit, refused last.
-    table: Vec<[usize; 5]>,
-    right: usize,
-    /// Draws in which the difference of the graphs, as the harness measures it, is the planted edit.
-    agree: usize,
-    all: usize,
-    work: Counters,
-    wrong: Vec<String>,
+/// The original model, and the place that ran last where so many skills of the task had run.
+fn taught(originals: &[Demonstration], done: usize, parameters: ItmcdParameters) -> Option<(ItmcdTask, Place)> {
+    let task = ItmcdTask::teach(&schema(), originals, parameters).unwrap();
+    let graph = task.graph();
+    let holders = graph.holders();
+    let place = |index: usize| holders[&SegmentId { demonstration: 0, index: index as u32 }].id;
+    let last = done.checked_sub(1).map_or(Place::Start, |index| Place::Node(place(index)));
+    // Where the common start is not the task, what is chosen says nothing of the choice.
+    (graph.nodes.len() == TASK.len()).then_some((task, last))
 }
 
-fn measure(counts: [usize; 3], noises: [f64; 2], parameters: ItmcdParameters) -> Outcome {
-    let mut outcome = Outcome {
-        table: vec![[0; 5]; Need::ALL.len()],
-        right: 0,
-        agree: 0,
-        all: 0,
-        work: Counters::default(),
-        wrong: Vec::new(),
-    };
-    for (row, need) in Need::ALL.into_iter().enumerate() {
+/// Two to four originals, by a careful teacher and a novice in turns (0.5 cm and 1 cm, 2° and more), both of them clumsy with keyframes.
+///
+/// Measured: 212 of 224 right; of 25 that need nothing 15, of the others 197 of 199. What errs are needless modifications and nodes where the
+/// correction, or one of few originals, has a keyframe too many: it moves all ten points behind it along the path, and they are taken for ten
+/// witnesses (see `frames`). Nothing was chosen on these draws. At 0.946 the standard error over 224 draws is 0.015: 0.9 is three of them
+/// below; and half of a need's draws is three of *its* standard errors below the worst but for needs nothing, which is one.
+#[test]
+fn the_planted_edit_is_chosen() {
+    let (mut right, mut agree, mut all, mut work) = (0, 0, 0, Counters::default());
+    let mut table = Vec::new();
+    let mut wrong = Vec::new();
+    for need in Need::ALL {
+        let mut row = [0; 5];
         for draw in 0..DRAWS {
-            let seed = stream(draw, &format!("{need:?}"));
-            let (count, noise) = (counts[(draw % 3) as usize], noises[(draw % 2) as usize]);
-            let mut task = ItmcdTask::teach(&schema(), &originals(count, seed, noise), parameters).unwrap();
-            let before = task.graph();
-            if before.nodes.len() != TASK.len() {
-                // The common start is not the task: what is chosen then says nothing of the choice.
-                continue;
-            }
+            let seed = stream(draw, &format!("held out: {need:?}"));
+            let (count, noise) = (2 + (draw % 3) as usize, if draw % 2 == 0 { 0.005 } else { 0.01 });
             let (done, shown) = correction(need, seed, noise);
-            let place = |index: usize| before.holders()[&SegmentId { demonstration: 0, index: index as u32 }].id;
-            let last = done.checked_sub(1).map_or(Place::Start, |index| Place::Node(place(index)));
-            outcome.work += task.correct(Correction::after(last, &shown)).unwrap().counters;
+            let Some((mut task, last)) = taught(&originals(count, seed, noise), done, ItmcdParameters::default())
+            else {
+                continue;
+            };
+            let before = task.graph();
+            work += task.correct(Correction::after(last, &shown)).unwrap().counters;
             let edit = chosen(&task);
-            outcome.table[row][Edit::ALL.iter().position(|other| Some(*other) == edit).unwrap_or(4)] += 1;
-            outcome.all += 1;
-            outcome.agree += usize::from(difference(&before, &task.graph()).edit() == need.edit());
+            row[Edit::ALL.iter().position(|other| Some(*other) == edit).unwrap_or(4)] += 1;
+            all += 1;
+            agree += usize::from(difference(&before, &task.graph()).edit() == need.edit());
             if edit == Some(need.edit()) {
-                outcome.right += 1;
+                right += 1;
             } else {
                 let edits = task.rounds().iter().filter_map(|round| round.chosen).map(|edit| edit.to_string());
-                outcome.wrong.push(format!("{need:?} {draw}: {:?}", edits.collect::<Vec<_>>()));
+                wrong.push(format!("{need:?}, {count} originals: {:?}", edits.collect::<Vec<_>>()));
             }
         }
+        table.push((need, row));
     }
-    outcome
-}
-
-impl Outcome {
-    fn print(&self, title: &str) {
-        println!("{title}");
-        println!("{:<30}{}refused", "needed", Edit::ALL.map(|edit| format!("{edit:<18}")).concat());
-        for (need, row) in Need::ALL.iter().zip(&self.table) {
-            let cells: String = row.iter().map(|count| format!("{count:<18}")).collect();
-            println!("{:<12}{:<18}{cells}", format!("{need:?}"), need.edit());
-        }
-        let each = self.all as u64;
-        println!(
-            "{} of {} right; by the difference of the graphs {}; {} fits and {} EM iterations a correction\n{}\n",
-            self.right,
-            self.all,
-            self.agree,
-            self.work.hmm_fits / each,
-            self.work.em_iterations / each,
-            self.wrong.join("\n")
-        );
+    println!("{:<30}{}refused", "needed", Edit::ALL.map(|edit| format!("{edit:<18}")).concat());
+    for (need, row) in &table {
+        let cells: String = row.iter().map(|count| format!("{count:<18}")).collect();
+        println!("{:<12}{:<18}{cells}", format!("{need:?}"), need.edit());
+    }
+    println!("{right} of {all} right; {agree} by the difference of the graphs");
+    let each = all as u64;
+    println!("{} fits and {} EM iterations a correction", work.hmm_fits / each, work.em_iterations / each);
+    println!("{}", wrong.join("\n"));
+    assert!(all >= 200, "{all}");
+    assert!(right as f64 >= 0.9 * all as f64, "{right} of {all}");
+    for (need, row) in &table {
+        let own = row[Edit::ALL.iter().position(|edit| *edit == need.edit()).unwrap()];
+        assert!(2 * own >= row.iter().sum::<usize>(), "{need:?}: {row:?}");
     }
 }
 
+/// A neighbour and its neighbour in a dense interpolation are so alike that an autoregression learns to copy, wherever the path is; so a policy
+/// that is shifted as a whole looks like noise at one point. That is why the default has no lag: this keeps the reason true.
 #[test]
-fn probe() {
-    let d = ItmcdParameters::default();
-    for (t, c, n, p) in [
-        ("default", [2, 3, 4], [0.005, 0.01], d),
-        ("lag one", [2, 3, 4], [0.005, 0.01], ItmcdParameters { lag: Lag::One, ..d }),
-        ("one original", [1, 1, 1], [0.005, 0.01], d),
-        ("noise 2", [2, 3, 4], [0.02, 0.02], d),
-        ("points 5", [2, 3, 4], [0.005, 0.01], ItmcdParameters { points: 5, ..d }),
-        ("points 20", [2, 3, 4], [0.005, 0.01], ItmcdParameters { points: 20, ..d }),
-        ("coordinates 6", [2, 3, 4], [0.005, 0.01], ItmcdParameters { coordinates: 6, ..d }),
-        ("features 0", [2, 3, 4], [0.005, 0.01], ItmcdParameters { features: 0, ..d }),
-        ("features 5", [2, 3, 4], [0.005, 0.01], ItmcdParameters { features: 5, ..d }),
-    ] {
-        measure(c, n, p).print(t);
+fn an_autoregression_does_not_see_a_path_that_moved() {
+    let mut seen = [0, 0];
+    for draw in 0..6 {
+        let seed = stream(draw, "moved");
+        let (done, shown) = correction(Need::HighBin, seed, 0.005);
+        for (seen, lag) in seen.iter_mut().zip([Lag::None, Lag::One]) {
+            let parameters = ItmcdParameters { lag, ..ItmcdParameters::default() };
+            let Some((mut task, last)) = taught(&originals(3, seed, 0.005), done, parameters) else { continue };
+            task.correct(Correction::after(last, &shown)).unwrap();
+            *seen += usize::from(chosen(&task) == Some(Edit::NodeModification));
+        }
+    }
+    assert!(seen[0] >= 5 && seen[1] <= 1, "{seen:?}");
+}
+
+/// Two points a segment are fewer numbers than one original's model has parameters.
+#[test]
+fn what_is_too_large_for_the_data_is_refused_and_said() {
+    let (done, shown) = correction(Need::HighBin, 3, 0.005);
+    let parameters = ItmcdParameters { points: 2, ..ItmcdParameters::default() };
+    let (mut task, last) = taught(&originals(1, 3, 0.005), done, parameters).unwrap();
+    let before = task.to_json();
+    let trace = task.correct(Correction::after(last, &shown)).unwrap();
+    assert!(trace.steps.is_empty() && trace.counters.hmm_fits == 1, "the automaton's own fit alone: {trace:?}");
+    assert_eq!(task.to_json()["model"], before["model"], "nothing is chosen, nothing is changed");
+    let [round] = task.rounds() else { panic!("{:?}", task.rounds()) };
+    assert!(round.chosen.is_none() && !round.evaluations.is_empty());
+    for evaluation in &round.evaluations {
+        assert!(evaluation.observations <= evaluation.parameters + 1 && evaluation.weight == 0.0, "{evaluation:?}");
+        assert_eq!((evaluation.criterion, evaluation.log_likelihood), (None, None));
+    }
+    assert_eq!(task.to_json()["rounds"][0]["evaluations"].as_array().unwrap().len(), round.evaluations.len());
+}
+
+/// What was modified is what the node does now: the same correction once more needs nothing, and the weights say so.
+#[test]
+fn a_modification_is_needed_once() {
+    let (done, shown) = correction(Need::HighBin, 5, 0.005);
+    let (mut task, last) = taught(&originals(3, 5, 0.005), done, ItmcdParameters::default()).unwrap();
+    let mut edits = Vec::new();
+    for _ in 0..3 {
+        task.correct(Correction::after(last, &shown)).unwrap();
+        edits.push(chosen(&task).unwrap());
+        let weights: f64 = task.rounds()[0].evaluations.iter().map(|evaluation| evaluation.weight).sum();
+        assert!((weights - 1.0).abs() < 1e-12);
+    }
+    assert_eq!(edits, [Edit::NodeModification, Edit::None, Edit::None]);
+}
+
+/// A correction that no single edit makes possible is taken as far as one leads, and then further.
+#[test]
+fn two_new_skills_are_two_nodes() {
+    let originals = originals(3, 9, 0.005);
+    let (mut task, last) = taught(&originals, 4, ItmcdParameters::default()).unwrap();
+    let mut world = World::new(9, 0.005);
+    TASK.iter().for_each(|skill| world.after(*skill));
+    world.lid = true;
+    let skills = [Uncover, Nudge(0)].map(|skill| (skill, Vector3::zeros()));
+    let shown = world.demonstrate("correction", &skills, Kind::Corrective, true);
+    let trace = task.correct(Correction::after(last, &shown)).unwrap();
+    assert_eq!(
+        task.rounds().iter().map(|round| round.chosen.unwrap().edit()).collect::<Vec<_>>(),
+        [Edit::NodeAddition; 2]
+    );
+    let graph = task.graph();
+    let [first, second] = [&trace.steps[0], &trace.steps[1]].map(|step| Place::Node(step.node));
+    assert_eq!(graph.nodes.len(), 6);
+    for edge in [(last, first), (first, second), (second, Place::End)] {
+        assert!(graph.edges.contains(&edge), "{edge:?} of {:?}", graph.edges);
     }
 }

@@ -7,7 +7,7 @@
 //! of the world, which is seen once a segment only, decides what is entered. The object, and whether the hand leaves it closed (D6b), is the context.
 //!
 //! Interpolated points are not independent: ten of them stand for three to five keyframes, so evidence is counted two to three times. The
-//! floor of the variance, a novice's 1 cm, bounds what that does.
+//! floor of the variance, (2 cm)², bounds what that does.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;

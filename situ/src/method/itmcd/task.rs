@@ -1,6 +1,6 @@
 //! A keyframe task model that is corrected by the edit that AICc chooses.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rand_chacha::ChaCha8Rng;
@@ -108,30 +108,30 @@ impl ItmcdTask {
         let carried_to_end = shown.carried_to_end;
         let ids = self.model.begin(shown);
         let candidates: usize = plan.rounds.iter().map(|round| round.evaluations.len()).sum();
-        let mut modified: BTreeSet<NodeId> = plan
-            .edits()
-            .filter_map(|edit| match edit {
-                Candidate::Modify { node, .. } => Some(node),
-                _ => None,
-            })
-            .collect();
-        // A node that a segment was to make, and that no segment was placed in, is not made: later ones move up.
-        let mut made: Vec<(NodeId, NodeId)> = Vec::new();
+        let mut modified = BTreeSet::new();
+        let mut unmade = BTreeSet::new();
+        for edit in plan.edits() {
+            match edit {
+                Candidate::Modify { node, .. } => modified.insert(node),
+                Candidate::Node { new, .. } => unmade.insert(new),
+                Candidate::Nothing | Candidate::Edge { .. } => continue,
+            };
+        }
+        // A planned node that no segment was placed in is not made; the ids of those behind it move up.
+        let mut made: BTreeMap<NodeId, NodeId> = BTreeMap::new();
         let mut refit = BTreeSet::new();
         let mut a = last;
         let mut trace = Vec::new();
         for (segment, planned) in ids.iter().zip(nodes) {
             let model_size = self.model.len();
-            let known = made.iter().find(|(name, _)| name == planned).map_or(*planned, |(_, id)| *id);
-            let is_new = known == *planned
-                && plan.edits().any(|edit| matches!(edit, Candidate::Node { new, .. } if new == *planned))
-                && !made.iter().any(|(name, _)| name == planned);
+            let is_new = unmade.remove(planned);
             let (node, branch) = if is_new {
                 let id = self.add(*segment, counters)?;
-                made.push((*planned, id));
+                made.insert(*planned, id);
                 (id, Branch::New)
             } else {
-                let replace = modified.remove(&known);
+                let known = made.get(planned).copied().unwrap_or(*planned);
+                let replace = modified.remove(planned);
                 if replace {
                     let old = self.model.node(known)?.policy_segments.clone();
                     self.retired.entry(known).or_default().push(old);
@@ -166,10 +166,8 @@ impl ItmcdTask {
         }
         for edit in plan.edits() {
             let actual = |place: Place| match place {
-                Place::Node(name) => {
-                    let id = made.iter().find(|(planned, _)| *planned == name).map_or(name, |(_, id)| *id);
-                    self.model.node(id).ok().map(|_| Place::Node(id))
-                }
+                Place::Node(name) if unmade.contains(&name) => None,
+                Place::Node(name) => Some(Place::Node(made.get(&name).copied().unwrap_or(name))),
                 other => Some(other),
             };
             let (from, to) = match edit {
@@ -236,6 +234,6 @@ impl Learned for ItmcdTask {
     }
 
     fn to_json(&self) -> serde_json::Value {
-        serde_json::json!({ "model": &self.model, "rounds": &self.rounds })
+        serde_json::json!({ "model": &self.model, "retired": &self.retired, "rounds": &self.rounds })
     }
 }
