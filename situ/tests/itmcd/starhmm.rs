@@ -186,7 +186,7 @@ fn a_planted_model_is_recovered() {
     for (phase, goal) in goals.iter().enumerate() {
         // s' = g + 0.5 (s − g): the state is drawn towards the goal.
         let weights = vec![0.5, 0.0, 0.5 * goal[0], 0.0, 0.5, 0.5 * goal[1]];
-        truth.phases[phase].emission = Emission::new(weights, vec![0.04, 0.01, 0.01, 0.05], INPUTS).unwrap();
+        truth.phases[phase].emission = Emission::new(weights, vec![0.6, 0.2, 0.2, 0.8], INPUTS).unwrap();
         truth.exits[phase] = vec![-1.5, 0.0];
     }
     truth.children = vec![vec![1, 2], vec![2, END], vec![0, END]];
@@ -212,19 +212,21 @@ fn a_planted_model_is_recovered() {
             worst = worst.max((found - planted).abs());
         }
     }
-    let (mut right, mut all) = (0, 0);
+    let (mut right, mut possible, mut all) = (0, 0, 0);
     for (index, (sequence, path)) in sequences.iter().zip(&paths).enumerate() {
-        let found = fit.model.most_probable_path(index, sequence).unwrap();
-        right += found.iter().zip(path).filter(|(found, planted)| found == planted).count();
+        for (count, model) in [(&mut right, &fit.model), (&mut possible, &truth)] {
+            let found = model.most_probable_path(index, sequence).unwrap();
+            *count += found.iter().zip(path).filter(|(found, planted)| found == planted).count();
+        }
         all += path.len();
     }
-    let share = right as f64 / all as f64;
-    println!(
-        "{all} steps, {} iterations: worst weight or variance off by {worst:.3}; {share:.4} of phases right",
-        fit.iterations()
-    );
-    assert!(worst < 0.08, "{worst}");
-    assert!(share > 0.97, "{share}");
+    let [share, bound] = [right, possible].map(|count| count as f64 / all as f64);
+    println!("{all} steps, {} iterations: worst weight or variance off by {worst:.3}", fit.iterations());
+    println!("{share:.4} of phases right; {bound:.4} with the planted parameters");
+    // 800 steps a phase: the standard error of an offset, the state being up to 4 from 0 and scattered by 1, is about 0.08.
+    assert!(worst < 0.25, "{worst}");
+    // No model finds more than the planted one, but by chance.
+    assert!(bound < 0.99 && share > bound - 0.01, "{share} {bound}");
     for (found, planted) in fit.model.exits.iter().zip(&truth.exits) {
         // About 300 ends a phase: the standard error of the log odds is under 0.15 at the mean.
         let probability = |w: &[f64], x: f64| 1.0 / (1.0 + (-w[0] - w[1] * x).exp());
