@@ -434,3 +434,21 @@ fn two_new_skills_are_two_nodes() {
         assert!(graph.edges.contains(&edge), "{edge:?} of {:?}", graph.edges);
     }
 }
+
+/// Nothing varies: a hand that does not move, in a world that does not change.
+#[test]
+fn a_task_that_stands_still_can_be_corrected() {
+    let keyframe = Keyframe {
+        reference: "table".into(),
+        reference_pose: Pose::identity(),
+        gripper_pose: Pose::identity(),
+        gripper: Gripper::Open(0.08),
+        hold: 0.0,
+        state: State::new([0.0; 9]),
+    };
+    let still = |kind| Demonstration::new("still", kind, &schema(), vec![keyframe.clone()], State::new([0.0; 9]), true);
+    let originals = [still(Kind::Original).unwrap(), still(Kind::Original).unwrap()];
+    let mut task = ItmcdTask::teach(&schema(), &originals, ItmcdParameters::default()).unwrap();
+    task.correct(Correction::after(Place::Start, &still(Kind::Corrective).unwrap())).unwrap();
+    assert_eq!(chosen(&task), Some(Edit::None));
+}

@@ -51,9 +51,14 @@ impl Frames {
             .iter()
             .map(|state| state.values().iter().zip(&scales).map(|(value, scale)| value / scale).collect())
             .collect();
+        let mut coordinates = most_varied(&points, parameters.coordinates);
+        if coordinates.is_empty() {
+            // Where the hand stands still everywhere, one coordinate is as good as another; a phase needs one.
+            coordinates.push(0);
+        }
         Self {
             contexts: keys.into_iter().zip(0..).collect(),
-            coordinates: most_varied(&points, parameters.coordinates),
+            coordinates,
             features: most_varied(&states, parameters.features),
             scales,
             points: parameters.points,

@@ -142,6 +142,7 @@ impl ItmcdTask {
             };
             self.model.place(*segment, node);
             let edge_added = self.model.add_edge(a, Place::Node(node));
+            // Every primitive is weighed, none is indexed; and the work is that of the whole correction, not of its segments.
             trace.push(Step {
                 reference: self.model.segment(*segment).reference.to_string(),
                 applicable: model_size,
