@@ -9,8 +9,8 @@
 //! - *Modification.* A refit of a phase to old and new data alike loses to a new node wherever the two differ, for a Gaussian over both is wide. What a
 //!   modification says is that the old way is over: so the old version of the phase keeps explaining what was shown before, the new one explains
 //!   the correction, and both end and are entered by one w and one v. A modification costs an emission; a new node a w and a v besides.
-//! - *k and n.* All parameters of the model against all scalar observations. With a single original n is so small that AICc sees few
-//!   modifications (4 of 24 in block sorting): the correction is then averaged in.
+//! - *k and n.* All parameters of the model against all scalar observations. With a single original n is so small that AICc misses
+//!   most modifications: the correction is then averaged in.
 //! - *The search.* An edge for every absent pair, so O(|T|²) EM runs over all data; but where the correction is impossible under a candidate,
 //!   log L is −∞ by structure alone, and no EM is run. That is exact.
 //! - *The place of a new node.* After what ran last: the correction begins there, whatever was interrupted.

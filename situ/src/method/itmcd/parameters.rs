@@ -31,8 +31,8 @@ pub struct ItmcdParameters {
 }
 
 impl Default for ItmcdParameters {
-    /// Ten points: three to five keyframes are a segment, so more count the same evidence more often (with 20, ten of twelve corrections that
-    /// need nothing are given an edit), and with 5 the penalty of a small n hides half of the modifications. Three coordinates: an emission has
+    /// Ten points: three to five keyframes are a segment, so more count the same evidence more often (with 20, most corrections that
+    /// need nothing are given an edit), and with 5 the penalty of a small n hides many modifications. Three coordinates: an emission has
     /// 15 parameters then for 30 observations a segment, with six 39 for 60, with all nine 72 for 90.
     fn default() -> Self {
         Self {
@@ -42,7 +42,7 @@ impl Default for ItmcdParameters {
             lag: Lag::None,
             fit: FitParameters {
                 // In units of 1 cm² ([`super::frames::UNIT`]): 2 cm, about what a keyframe too many or too few moves the points between its
-                // neighbours by. With 1 cm, 16 of 25 corrections that need nothing got a new node or a modification (tests/itmcd/blocks.rs).
+                // neighbours by. With 1 cm most corrections that need nothing got a new node or a modification.
                 floor: 4.0,
                 ridge: 1e-3,
                 // A separable choice among a handful of samples is believed to about 95 %.
