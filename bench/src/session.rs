@@ -81,7 +81,12 @@ impl Surroundings<'_> {
             let shown = self.teacher.demonstrate(&name, Kind::Original, schema, &mut episode, seed, &mut |_| {})?;
             if let (true, Some(demonstration)) = (shown.clean, shown.demonstration) {
                 if let Some(archive) = self.archive {
-                    archive.write(&format!("{}/full-{index}", self.folder(setting)), &demonstration, schema, &Before::default())?;
+                    archive.write(
+                        &format!("{}/full-{index}", self.folder(setting)),
+                        &demonstration,
+                        schema,
+                        &Before::default(),
+                    )?;
                 }
                 return Ok(Some((demonstration, effort_of(&shown.effort))));
             }

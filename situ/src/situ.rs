@@ -46,22 +46,32 @@ pub fn situ<L: Learner>(
         trace.steps.push(step);
     }
     if demonstration.carried_to_end() {
-        // D11: the listing has no END. The final state is a positive of END, and where siblings are told (D3), a
-        // negative of theirs.
-        let index = segments[0].demonstration;
-        let mut stale = BTreeSet::from([Place::End]);
-        let siblings: BTreeSet<Place> = model.children(a).filter(|child| *child != Place::End).collect();
-        model.add_final(index);
-        let n = model.starts(siblings.iter().copied().chain(decisions.background.neighbours.then_some(a)));
-        model.add_negatives(Place::End, &n, true);
-        if decisions.push_to_siblings {
-            let s = BTreeSet::from([SampleId::Final(index)]);
-            stale.extend(siblings.into_iter().filter(|sibling| model.add_negatives(*sibling, &s, true)));
-        }
-        model.add_edge(a, Place::End);
-        model.fit_classifiers(learner, &stale, &mut trace.counters)?;
+        end(a, segments[0].demonstration, &mut model, learner, decisions, &mut trace.counters)?;
     }
     Ok((model, trace))
+}
+
+/// D11: the listing has no END. The final state of a demonstration that was carried on to the end is a positive of END, and where siblings
+/// are told (D3), a negative of theirs; `a` is the primitive that ran last.
+pub(crate) fn end<L: Learner>(
+    a: Place,
+    demonstration: u32,
+    model: &mut TaskModel<L>,
+    learner: &L,
+    decisions: &Decisions,
+    counters: &mut Counters,
+) -> Result<(), SituError> {
+    let mut stale = BTreeSet::from([Place::End]);
+    let siblings: BTreeSet<Place> = model.children(a).filter(|child| *child != Place::End).collect();
+    model.add_final(demonstration);
+    let n = model.starts(siblings.iter().copied().chain(decisions.background.neighbours.then_some(a)));
+    model.add_negatives(Place::End, &n, true);
+    if decisions.push_to_siblings {
+        let s = BTreeSet::from([SampleId::Final(demonstration)]);
+        stale.extend(siblings.into_iter().filter(|sibling| model.add_negatives(*sibling, &s, true)));
+    }
+    model.add_edge(a, Place::End);
+    model.fit_classifiers(learner, &stale, counters)
 }
 
 /// D18: the primitive that the segment shows another way of doing, if any, and whether that way is to replace the primitive's own.
@@ -117,15 +127,13 @@ fn local_update<L: Learner>(
     let mut counters = Default::default();
     let model_size = model.len();
     let segment = model.segment(d).clone();
-    let s = SampleId::Start(d);
-    let subtract = decisions.subtract_own_positives;
 
     // Paper, "Find Policy": a model of d alone comes first; it is the π of A2.8 where d turns out to be new.
     let own = learner.fit_policy(&[&segment], &mut counters)?;
     // A2.2 and A2.4: Cluster and Find-Policy in one (D4, D10).
     let found = candidates::find(model, &segment, &own, z_set, learner, decisions, &mut counters)?;
     // A2.3: Local-Reconnect; `a` and the match may have been merged into another node (D9).
-    let renamed = model.local_reconnect(learner, &found.groups, subtract, &mut counters)?;
+    let renamed = model.local_reconnect(learner, &found.groups, decisions.subtract_own_positives, &mut counters)?;
     let now = |id: NodeId| renamed.get(&id).copied().unwrap_or(id);
     let a = if let Place::Node(id) = a { Place::Node(now(id)) } else { a };
     let mut i = found.node.map(now);
@@ -139,46 +147,12 @@ fn local_update<L: Learner>(
         }
     }
 
-    // What else begins after `a`: the negatives of line 7, and whom D3 tells.
-    let siblings: BTreeSet<Place> = model.children(a).filter(|child| i.map(Place::Node) != Some(*child)).collect();
-    let mut stale = BTreeSet::new();
-    let z = match i {
-        // A2.5: i = ∅
-        None => {
-            let p = BTreeSet::from([s]); // A2.6
-            let mut n = model.starts(siblings.iter().copied()); // A2.7
-            n.extend(model.background(decisions.background, [a].into_iter(), &p)); // D2
-            let samples = Samples { positives: p.clone(), negatives: n };
-            let classifier = model.fit_samples(learner, &samples, &mut counters)?; // A2.9
-            model.add_node(BTreeSet::from([d]), own, samples, classifier) // A2.8, A2.10, A2.11
-        }
-        // A2.14
-        Some(z) => {
-            // A2.15 is the pattern; A2.16: p ← s, which `adopt` adds with d.
-            let mut n = BTreeSet::new();
-            for r in model.parents(Place::Node(z)).chain([a]) {
-                let others = model.children(r).filter(|child| !subtract || *child != Place::Node(z)); // D1
-                n.extend(model.starts(others)); // A2.17: S(children(a) ∪ ⋃ children(r))
-            }
-            if decisions.background.neighbours {
-                n.extend(model.starts([a].into_iter())); // D2
-            }
-            model.adopt(z, d, branch == Branch::Modify)?;
-            model.fit_policy(learner, z, &mut counters)?; // A2.18
-            model.add_negatives(Place::Node(z), &n, subtract);
-            stale.insert(Place::Node(z)); // A2.19, below
-            z
-        }
+    let target = match i {
+        None => Target::New(own),
+        Some(z) if branch == Branch::Modify => Target::Modify(z),
+        Some(z) => Target::Existing(z),
     };
-    model.place(d, z);
-    let edge_added = model.add_edge(a, Place::Node(z)); // A2.12, A2.20
-    if decisions.push_to_siblings {
-        let s = BTreeSet::from([s]);
-        stale.extend(siblings.into_iter().filter(|sibling| model.add_negatives(*sibling, &s, true))); // D3
-    }
-    counters.nodes_touched += 1 + stale.iter().filter(|place| **place != Place::Node(z)).count() as u64;
-    model.fit_classifiers(learner, &stale, &mut counters)?; // A2.19 and D3
-    // A2.13, A2.21
+    let (z, edge_added) = commit(a, d, target, model, learner, decisions, &mut counters)?;
     Ok(Step {
         reference: segment.reference.to_string(),
         applicable: z_set.len(),
@@ -192,4 +166,73 @@ fn local_update<L: Learner>(
         merged: found.groups.iter().map(|group| (group.clone(), now(group[0]))).collect(),
         counters,
     })
+}
+
+/// Where a segment belongs.
+pub(crate) enum Target<P> {
+    /// To no primitive that there is: a new one, with this policy.
+    New(P),
+    /// To this one, as one more instance.
+    Existing(NodeId),
+    /// To this one, whose policy it replaces (D18).
+    Modify(NodeId),
+}
+
+/// A2.5 to A2.21: one segment `d`, placed after `a` in the primitive that it belongs to. Returns that primitive, and whether the edge to it is new.
+pub(crate) fn commit<L: Learner>(
+    a: Place,
+    d: SegmentId,
+    target: Target<L::Policy>,
+    model: &mut TaskModel<L>,
+    learner: &L,
+    decisions: &Decisions,
+    counters: &mut Counters,
+) -> Result<(NodeId, bool), SituError> {
+    let s = SampleId::Start(d);
+    let subtract = decisions.subtract_own_positives;
+    let (i, replaces) = match &target {
+        Target::New(_) => (None, false),
+        Target::Existing(z) => (Some(*z), false),
+        Target::Modify(z) => (Some(*z), true),
+    };
+    // What else begins after `a`: the negatives of line 7, and whom D3 tells.
+    let siblings: BTreeSet<Place> = model.children(a).filter(|child| i.map(Place::Node) != Some(*child)).collect();
+    let mut stale = BTreeSet::new();
+    let z = match target {
+        // A2.5: i = ∅
+        Target::New(own) => {
+            let p = BTreeSet::from([s]); // A2.6
+            let mut n = model.starts(siblings.iter().copied()); // A2.7
+            n.extend(model.background(decisions.background, [a].into_iter(), &p)); // D2
+            let samples = Samples { positives: p.clone(), negatives: n };
+            let classifier = model.fit_samples(learner, &samples, counters)?; // A2.9
+            model.add_node(BTreeSet::from([d]), own, samples, classifier) // A2.8, A2.10, A2.11
+        }
+        // A2.14
+        Target::Existing(z) | Target::Modify(z) => {
+            // A2.15 is the pattern; A2.16: p ← s, which `adopt` adds with d.
+            let mut n = BTreeSet::new();
+            for r in model.parents(Place::Node(z)).chain([a]) {
+                let others = model.children(r).filter(|child| !subtract || *child != Place::Node(z)); // D1
+                n.extend(model.starts(others)); // A2.17: S(children(a) ∪ ⋃ children(r))
+            }
+            if decisions.background.neighbours {
+                n.extend(model.starts([a].into_iter())); // D2
+            }
+            model.adopt(z, d, replaces)?;
+            model.fit_policy(learner, z, counters)?; // A2.18
+            model.add_negatives(Place::Node(z), &n, subtract);
+            stale.insert(Place::Node(z)); // A2.19, below
+            z
+        }
+    };
+    model.place(d, z);
+    let edge_added = model.add_edge(a, Place::Node(z)); // A2.12, A2.20
+    if decisions.push_to_siblings {
+        let s = BTreeSet::from([s]);
+        stale.extend(siblings.into_iter().filter(|sibling| model.add_negatives(*sibling, &s, true))); // D3
+    }
+    counters.nodes_touched += 1 + stale.iter().filter(|place| **place != Place::Node(z)).count() as u64;
+    model.fit_classifiers(learner, &stale, counters)?; // A2.19 and D3
+    Ok((z, edge_added)) // A2.13, A2.21
 }
