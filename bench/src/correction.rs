@@ -91,7 +91,7 @@ impl Surroundings<'_> {
                 archive.write(&path, &demonstration, &schema, &robot.names.before(&graph, &failure))?;
             }
             robot.names.learned(&demonstration);
-            let met = Corrected { last: failure.last, interrupted: failure.interrupted, demonstration: &demonstration };
+            let met = Corrected { interrupted: failure.interrupted, ..Corrected::after(failure.last, &demonstration) };
             let (trace, update_seconds) = cost::timed(|| robot.model.correct(met));
             let trace = trace?;
             let made = difference(&graph, &robot.model.graph());

@@ -27,7 +27,7 @@ pub fn situ<L: Learner>(
     learner: &L,
     decisions: &Decisions,
 ) -> Result<(TaskModel<L>, Trace), SituError> {
-    let Correction { last, mut interrupted, demonstration } = correction;
+    let Correction { last, mut interrupted, demonstration, told: _ } = correction;
     let mut trace = Trace::default();
     let origin = model.origin(last)?;
     interrupted.map(|id| model.node(id)).transpose()?;

@@ -3,6 +3,7 @@
 //! To add a method, write a type that implements [`Method`] in a file or folder of its own here and name it in [`all`];
 //! the conformance test and the tables then know it.
 
+mod direct;
 pub mod keyframe_method;
 pub mod rebuild;
 
@@ -12,11 +13,15 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::correction::Correction;
 use crate::demonstration::{Demonstration, RelativeKeyframe, Schema, State};
+use crate::edit::Edit;
 use crate::error::SituError;
 use crate::graph::Graph;
 use crate::keyframe::policy::Execution;
 use crate::place::{NodeId, Place};
 use crate::trace::Trace;
+
+/// The automaton of keyframe policies that `rebuild` makes of the original demonstrations: see [`Method::original`].
+pub const KEYFRAME_AUTOMATON: &str = "keyframe automaton";
 
 /// What a method does with a task that has changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +47,17 @@ pub trait Method: Send + Sync {
 
     /// What it does with a changed task.
     fn role(&self) -> Role;
+
+    /// What the method's model of the original task is called: methods with one word have one model of it, number for number, which is
+    /// evaluated once. A representation of its own has a word of its own.
+    fn original(&self) -> &'static str {
+        self.name()
+    }
+
+    /// The edits that the method can make. What a changed task needs beside these is *not applicable* in the tables, and not a failure.
+    fn edits(&self) -> &'static [Edit] {
+        &Edit::ALL
+    }
 
     /// The model of the original task, taught by these demonstrations. `seed` is the root of whatever the method draws
     /// (the Monte Carlo divergences of some); equal seeds give equal models.
