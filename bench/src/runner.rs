@@ -1,6 +1,7 @@
 //! All runs of a protocol: in parallel, written as they finish, resumable.
 
-use std::collections::BTreeSet;
+use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
@@ -16,7 +17,7 @@ use crate::error::BenchError;
 use crate::ledger::Ledger;
 use crate::protocol::Protocol;
 use crate::record::{Identity, Key, Record};
-use crate::session::Surroundings;
+use crate::session::{Surroundings, Taught};
 use crate::synthetic::Parameters;
 
 /// Which of a protocol's runs to do: of each list all that it names, everything where it is empty.
@@ -258,16 +259,33 @@ impl Plan {
                 group.seed
             ));
             let taught = surroundings.teach(&group.original, &**first)?;
+            // Each model of the original task is evaluated once, whoever shares it.
+            let mut originals: BTreeMap<&str, (&dyn Method, Taught)> = BTreeMap::new();
+            for method in methods() {
+                if !originals.contains_key(method.original()) {
+                    let is_first = method.original() == first.original();
+                    let taught = if is_first { taught.clone() } else { surroundings.taught_to(&taught, method)? };
+                    originals.insert(method.original(), (method, taught));
+                }
+            }
             singles.par_iter().try_for_each(|(setting, methods)| {
-                let before = surroundings.before(&taught, setting, &**first)?;
+                let mut befores = BTreeMap::new();
+                for method in methods {
+                    if let Entry::Vacant(entry) = befores.entry(method.original()) {
+                        let (owner, taught) = &originals[method.original()];
+                        entry.insert((taught, surroundings.before(taught, setting, *owner)?));
+                    }
+                }
                 methods.par_iter().try_for_each(|method| {
                     progress.at(&Identity::Run(surroundings.key(setting, *method)).to_string());
-                    write(Record::Run(surroundings.run(setting, *method, &taught, &before)?))
+                    let (taught, before) = &befores[method.original()];
+                    write(Record::Run(surroundings.run(setting, *method, taught, before)?))
                 })
             })?;
             sequences.par_iter().try_for_each(|(name, settings, method, left)| {
                 progress.at(&Identity::Run(surroundings.stage_key(name, 0, &settings[0], *method)).to_string());
-                let runs = surroundings.run_sequence(name, settings, *method, &taught)?;
+                let taught = &originals[method.original()].1;
+                let runs = surroundings.run_sequence(name, settings, *method, taught)?;
                 let left = runs.into_iter().enumerate().filter(|(index, _)| left.contains(index));
                 left.map(|(_, run)| run).try_for_each(|run| write(Record::Run(run)))
             })
