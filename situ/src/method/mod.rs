@@ -5,6 +5,7 @@
 
 pub mod keyframe_method;
 pub mod rebuild;
+pub mod refinement;
 
 use std::sync::Arc;
 
@@ -12,6 +13,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::correction::Correction;
 use crate::demonstration::{Demonstration, RelativeKeyframe, Schema, State};
+use crate::edit::Edit;
 use crate::error::SituError;
 use crate::graph::Graph;
 use crate::keyframe::policy::Execution;
@@ -42,6 +44,12 @@ pub trait Method: Send + Sync {
 
     /// What it does with a changed task.
     fn role(&self) -> Role;
+
+    /// The edits that it can make, whatever it is shown. What needs another is out of its reach by construction, not a failure of its
+    /// learning: in the tables such a cell is "not applicable".
+    fn edits(&self) -> &'static [Edit] {
+        &Edit::ALL
+    }
 
     /// The model of the original task, taught by these demonstrations. `seed` is the root of whatever the method draws
     /// (the Monte Carlo divergences of some); equal seeds give equal models.
@@ -91,7 +99,8 @@ pub trait Learned: Send + Sync {
 
 /// Every method, in the order of the tables.
 pub fn all() -> Vec<Box<dyn Method>> {
-    keyframe_method::all().into_iter().map(|method| Box::new(method) as Box<dyn Method>).collect()
+    let keyframe = keyframe_method::all().into_iter().map(|method| Box::new(method) as Box<dyn Method>);
+    keyframe.chain(refinement::all()).collect()
 }
 
 /// The method of this name.
