@@ -1,0 +1,96 @@
+//! Under every method of refinement the automaton stays, and only a modification is made.
+
+use std::collections::BTreeMap;
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use situ::correction::Correction;
+use situ::edit::{Edit, difference};
+use situ::keyframe::policy::Execution;
+use situ::method::{Learned, Method, named, refinement};
+use situ::place::SegmentId;
+
+use super::common::{CAREFUL, Planted, Task};
+
+const TASKS: u64 = 6;
+const DRAWS: u64 = 3;
+
+fn executed(model: &dyn Learned) -> Vec<String> {
+    let graph = model.graph();
+    let mut rng = ChaCha8Rng::seed_from_u64(0);
+    graph.nodes.iter().map(|node| format!("{:?}", model.keyframes(node.id, Execution::Mean, &mut rng))).collect()
+}
+
+fn cells(method: &dyn Method) -> BTreeMap<Edit, BTreeMap<Edit, usize>> {
+    let name = method.name();
+    let mut table: BTreeMap<Edit, BTreeMap<Edit, usize>> = BTreeMap::new();
+    for seed in 0..TASKS {
+        let task = Task::new(seed, 5, 3);
+        let originals = task.originals(3, CAREFUL);
+        let taught = method.teach(&task.schema, &originals, seed).unwrap();
+        let situ = named("situ").unwrap().teach(&task.schema, &originals, seed).unwrap();
+        assert_eq!(taught.graph(), situ.graph(), "{name}: the original model is every method's");
+        assert_eq!(executed(&*taught), executed(&*situ), "{name}: and does what the original policy does");
+        for planted in Planted::ALL {
+            for draw in 0..DRAWS {
+                let mut model = taught.boxed();
+                let correction = task.correction(planted, draw, CAREFUL, draw == 0);
+                let before = model.graph();
+                let last = correction.last_in(&before);
+                let trace = model.correct(Correction::after(last, &correction.demonstration)).unwrap();
+                let after = model.graph();
+                assert_eq!(after.edges, before.edges, "{name}: edges");
+                let mut learnt: Vec<SegmentId> = Vec::new();
+                for (before, after) in before.nodes.iter().zip(&after.nodes) {
+                    assert_eq!((before.id, &before.reference), (after.id, &after.reference), "{name}: nodes");
+                    assert!(after.segments.starts_with(&before.segments), "{name}: originals stay where they are");
+                    learnt.extend(&after.segments[before.segments.len()..]);
+                    assert!(before.path == after.path || after.segments.len() > before.segments.len(), "{name}");
+                }
+                assert_eq!(after.nodes.len(), before.nodes.len(), "{name}");
+                assert!(learnt.iter().all(|id| id.demonstration == 3), "{name}: {learnt:?}");
+                let changed =
+                    executed(&*taught).iter().zip(executed(&*model)).filter(|(old, new)| **old != *new).count();
+                assert!(changed as u64 <= trace.counters.nodes_touched, "{name}: what is not touched is as it was");
+                let made = difference(&before, &after).edit();
+                assert!(method.edits().contains(&made), "{name}: {made}");
+                *table.entry(planted.edit()).or_default().entry(made).or_default() += 1;
+            }
+        }
+    }
+    table
+}
+
+/// Corrections that need a node or an edge leave the structure as it was; those that need a modification make it.
+#[test]
+fn only_what_a_primitive_does_changes() {
+    for method in refinement::all() {
+        let table = cells(&*method);
+        println!("{}: made, by what was needed: {table:?}", method.name());
+        let made = |needed, edit| table[&needed].get(&edit).copied().unwrap_or(0) as f64;
+        let share = |needed, edit| made(needed, edit) / table[&needed].values().sum::<usize>() as f64;
+        assert!(share(Edit::None, Edit::NodeModification) < 0.2, "{}: {table:?}", method.name());
+        assert!(share(Edit::NodeModification, Edit::NodeModification) > 0.8, "{}: {table:?}", method.name());
+    }
+}
+
+/// A segment that no primitive can be showing another way of is ignored: nothing that is executed changes.
+#[test]
+fn what_is_about_no_primitive_is_ignored() {
+    for method in refinement::all() {
+        let task = Task::new(1, 5, 3);
+        let mut model = method.teach(&task.schema, &task.originals(3, CAREFUL), 0).unwrap();
+        let before = executed(&*model);
+        let correction = task.correction(Planted::NewEdge, 0, CAREFUL, false);
+        let last = correction.last_in(&model.graph());
+        let trace = model.correct(Correction::after(last, &correction.demonstration)).unwrap();
+        assert_eq!(trace.counters.nodes_touched, 0, "{}", method.name());
+        assert_eq!(executed(&*model), before, "{}", method.name());
+        // The next correction is the second: its segments are numbered after the one that was of no use.
+        let correction = task.correction(Planted::Modified, 0, CAREFUL, false);
+        let last = correction.last_in(&model.graph());
+        model.correct(Correction::after(last, &correction.demonstration)).unwrap();
+        let second = SegmentId { demonstration: 4, index: 0 };
+        assert!(model.graph().holders().contains_key(&second), "{}", method.name());
+    }
+}
