@@ -41,14 +41,14 @@ fn one_keyframe_moved_moves_one_cluster() {
     for index in 0..pick().len() {
         let mut shown = pick();
         shown[index] = moved(&shown[index], [0.07, 0.0, 0.0975]);
-        assert_same(&corrected(&[shown.clone()]), &shown);
+        assert_same(&corrected(std::slice::from_ref(&shown)), &shown);
     }
 }
 
 #[test]
 fn the_whole_path_moved_moves_every_cluster() {
     let shown: Vec<_> = pick().iter().map(|keyframe| moved(keyframe, [0.07, 0.0, 0.0975])).collect();
-    assert_same(&corrected(&[shown.clone()]), &shown);
+    assert_same(&corrected(std::slice::from_ref(&shown)), &shown);
 }
 
 /// Noise is averaged: a keyframe 2 cm off, the fourth instance, moves its cluster by half a centimetre.
@@ -66,7 +66,7 @@ fn an_added_keyframe_is_added_at_its_place() {
     for (at, place, closed) in [(1, [-0.2, 0.0, 0.3], false), (4, [0.1, 0.2, 0.25], true), (5, [0.4, 0.2, 0.3], true)] {
         let mut shown = pick();
         shown.insert(at, keyframe(place, closed));
-        assert_same(&corrected(&[shown.clone()]), &shown);
+        assert_same(&corrected(std::slice::from_ref(&shown)), &shown);
     }
 }
 
@@ -75,7 +75,7 @@ fn an_added_keyframe_is_added_at_its_place() {
 fn a_needless_keyframe_is_not_added() {
     let mut shown = pick();
     shown.insert(3, keyframe([0.01, 0.0, 0.12], true));
-    assert_same(&corrected(&[shown.clone()]), &pick());
+    assert_same(&corrected(std::slice::from_ref(&shown)), &pick());
     shown[3] = keyframe([0.01, 0.0, 0.12], false);
     assert_eq!(corrected(&[shown]).len(), 6);
 }
@@ -85,11 +85,11 @@ fn a_free_keyframe_left_out_is_deleted_and_what_is_on_the_way_or_a_contact_is_no
     // The one beside the object is far off the straight way down.
     let mut shown = pick();
     shown.remove(1);
-    assert_same(&corrected(&[shown.clone()]), &shown);
+    assert_same(&corrected(std::slice::from_ref(&shown)), &shown);
     // The lift lies off the straight way, too, from the grasp to the side.
     let mut shown = pick();
     shown.remove(3);
-    assert_same(&corrected(&[shown.clone()]), &shown);
+    assert_same(&corrected(std::slice::from_ref(&shown)), &shown);
     // Without the grasp there is no pick; and the ends are not shown, so nothing is said of them.
     for left_out in [2, 0, 4] {
         let mut shown = pick();

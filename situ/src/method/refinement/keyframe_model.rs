@@ -1,4 +1,4 @@
-//! `keyframe_model`: a primitive as keyframe clusters in order (Akgun, Cakmak, Yoo and Thomaz 2012; Akgun and Thomaz 2016).
+//! `keyframe_model`: a primitive as keyframe clusters in order (Akgun et al. 2012; Akgun and Thomaz 2016).
 //!
 //! The original learns *sequential pose distributions*, clusters of aligned keyframes, through whose means it lays a spline, and lets a
 //! teacher step through them and modify, add or delete one at a time. Reconstructed here:

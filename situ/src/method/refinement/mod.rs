@@ -47,7 +47,7 @@ pub fn all() -> Vec<Box<dyn Method>> {
         Box::new(RefinementMethod {
             name: "keyframe_model",
             summary: "keyframe clusters of single primitives moved, added and deleted; no structure",
-            source: "Akgun, Cakmak, Yoo and Thomaz 2012; Akgun and Thomaz 2016 (reconstruction)",
+            source: "Akgun et al. 2012; Akgun and Thomaz 2016 (reconstruction)",
             refine: keyframe_model::KeyframeModel,
         }),
         Box::new(weights(

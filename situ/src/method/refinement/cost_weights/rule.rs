@@ -45,7 +45,7 @@ pub fn physical<const N: usize>(
     for feature in 0..N {
         if rule != Rule::OneAtATime || feature == most {
             let bound = limit * ranges[feature];
-            weights[feature] = (weights[feature] - gain * difference(feature)).clamp(-bound, bound);
+            weights[feature] = (weights[feature] - gain * difference(feature)).max(-bound).min(bound);
         }
     }
 }

@@ -10,10 +10,8 @@ pub fn cholesky<const D: usize>(matrix: &Square<D>) -> Option<Square<D>> {
     let mut factor = [[0.0; D]; D];
     for column in 0..D {
         for row in column..D {
-            let mut value = matrix[row][column];
-            for k in 0..column {
-                value -= factor[row][k] * factor[column][k];
-            }
+            let known = (0..column).map(|k| factor[row][k] * factor[column][k]).sum::<f64>();
+            let value = matrix[row][column] - known;
             if row > column {
                 factor[row][column] = value / factor[column][column];
             } else if value.is_finite() && value > 0.0 {
@@ -30,11 +28,8 @@ pub fn cholesky<const D: usize>(matrix: &Square<D>) -> Option<Square<D>> {
 pub fn forward<const D: usize>(factor: &Square<D>, b: &[f64; D]) -> [f64; D] {
     let mut x = [0.0; D];
     for row in 0..D {
-        let mut value = b[row];
-        for k in 0..row {
-            value -= factor[row][k] * x[k];
-        }
-        x[row] = value / factor[row][row];
+        let known = (0..row).map(|k| factor[row][k] * x[k]).sum::<f64>();
+        x[row] = (b[row] - known) / factor[row][row];
     }
     x
 }
@@ -43,11 +38,8 @@ pub fn forward<const D: usize>(factor: &Square<D>, b: &[f64; D]) -> [f64; D] {
 pub fn backward<const D: usize>(factor: &Square<D>, b: &[f64; D]) -> [f64; D] {
     let mut x = [0.0; D];
     for row in (0..D).rev() {
-        let mut value = b[row];
-        for k in row + 1..D {
-            value -= factor[k][row] * x[k];
-        }
-        x[row] = value / factor[row][row];
+        let known = (row + 1..D).map(|k| factor[k][row] * x[k]).sum::<f64>();
+        x[row] = (b[row] - known) / factor[row][row];
     }
     x
 }

@@ -62,7 +62,8 @@ fn refused(problem: &str) -> SituError {
 /// Maximum a posteriori of `components` Gaussians from weighted points; each begins at the points of its label.
 ///
 /// # Errors
-/// Where the slices differ in length, a label is out of range, no point has weight, or a number is not finite.
+/// Where the slices differ in length, a label is out of range, no point has weight or one has less than none, or a number is
+/// not finite.
 pub fn fit<const D: usize>(
     points: &[[f64; D]],
     weights: &[f64],
@@ -73,7 +74,8 @@ pub fn fit<const D: usize>(
     let total: f64 = weights.iter().sum();
     let alike = points.len() == weights.len() && points.len() == labels.len();
     let finite = points.iter().flatten().chain([&total]).all(|value| value.is_finite());
-    if !(alike && finite && total > NEGLIGIBLE && labels.iter().all(|label| *label < components)) {
+    let possible = weights.iter().all(|weight| *weight >= 0.0);
+    if !(alike && finite && possible && total > NEGLIGIBLE && labels.iter().all(|label| *label < components)) {
         return Err(refused("points, weights and labels that fit together are needed, and finite numbers"));
     }
     // `shares[k][n]`: the weight of point n, times the probability that it is of Gaussian k.

@@ -40,9 +40,9 @@ fn phases(stops: &[Stop], shown: &[Stop]) -> Vec<Option<f64>> {
     let mut phases = vec![None; shown.len()];
     for pair in knots.windows(2) {
         let ((i, j), (next, next_shown)) = (pair[0], pair[1]);
-        for at in j..=next_shown {
-            let share = if next_shown > j { (at - j) as f64 / (next_shown - j) as f64 } else { 0.0 };
-            phases[at] = Some(phase(i as f64 + share * (next - i) as f64, stops.len()));
+        let steps = (next_shown - j).max(1) as f64;
+        for (step, known) in phases[j..=next_shown].iter_mut().enumerate() {
+            *known = Some(phase(i as f64 + step as f64 / steps * (next - i) as f64, stops.len()));
         }
     }
     if let [(i, j)] = knots[..] {
