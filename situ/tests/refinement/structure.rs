@@ -8,9 +8,9 @@ use situ::correction::Correction;
 use situ::edit::{Edit, difference};
 use situ::keyframe::policy::Execution;
 use situ::method::{Learned, Method, named, refinement};
-use situ::place::SegmentId;
+use situ::place::{Place, SegmentId};
 
-use super::common::{CAREFUL, Planted, Task};
+use super::common::{CAREFUL, Correction as Shown, Planted, Task};
 
 const TASKS: u64 = 6;
 const DRAWS: u64 = 3;
@@ -123,5 +123,38 @@ fn a_corrected_primitive_is_sampled_about_its_mean() {
             }
         }
         assert!((0.003..FARTHEST * 1.001).contains(&farthest), "{name}: {farthest}");
+    }
+}
+
+/// What was interrupted is the first that a correction can be about; after a segment that is, what is about to run is what follows it.
+#[test]
+fn a_correction_is_about_what_was_interrupted_and_what_follows() {
+    for method in refinement::all() {
+        let name = method.name();
+        let task = Task::new(1, 5, 3);
+        let taught = method.teach(&task.schema, &task.originals(3, CAREFUL), 0).unwrap();
+        let graph = taught.graph();
+        let length = |correction: &Shown| {
+            let keyframes = correction.demonstration.keyframes();
+            keyframes.chunk_by(|left, right| left.reference == right.reference).count() as u32
+        };
+        let mut corrections = (0..20).map(|draw| task.correction(Planted::Modified, draw, CAREFUL, true));
+        let correction = corrections.find(|correction| length(correction) > 2).unwrap();
+        let segments = length(&correction);
+        let learnt = |last, interrupted| {
+            let mut model = taught.boxed();
+            let demonstration = &correction.demonstration;
+            model.correct(Correction { last, interrupted, demonstration }).unwrap();
+            let graph = model.graph();
+            let holders = graph.holders();
+            let held = |index| holders.get(&SegmentId { demonstration: 3, index }).map(|node| node.id);
+            (0..segments).map(held).collect::<Vec<_>>()
+        };
+        let all = learnt(correction.last_in(&graph), None);
+        assert!(all.iter().all(Option::is_some), "{name}: {all:?}");
+        // A place that what was shown does not follow.
+        let elsewhere = graph.edges.iter().find(|(_, to)| *to == Place::End).unwrap().0;
+        assert_eq!(learnt(elsewhere, None)[0], None, "{name}");
+        assert_eq!(learnt(elsewhere, all[0]), all, "{name}");
     }
 }

@@ -14,7 +14,7 @@
 //!   is data that is weighed, a part of the way that no correction shows is as it was.
 //! - **Execution**: the regression at the K phases of the original's keyframes, with its grip commands and rests. There can be no keyframe more or fewer.
 //!
-//! Before the first correction a primitive does what the original policy does: its regression, a few millimetres off, is used from then on.
+//! Before the first correction a primitive does what the original policy does; its regression, within two millimetres of it, is used from then on.
 
 pub mod gaussian;
 pub mod mixture;
