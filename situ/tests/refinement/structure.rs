@@ -5,10 +5,14 @@ use std::collections::BTreeMap;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use situ::correction::Correction;
+use situ::decisions::Modify;
 use situ::edit::{Edit, difference};
+use situ::keyframe::parameters::KeyframeParameters;
 use situ::keyframe::policy::Execution;
+use situ::method::refinement::attribution::attribute;
 use situ::method::{Learned, Method, named, refinement};
 use situ::place::{Place, SegmentId};
+use situ::segmentation::by_reference_object;
 
 use super::common::{CAREFUL, Correction as Shown, Planted, Task};
 
@@ -157,4 +161,23 @@ fn a_correction_is_about_what_was_interrupted_and_what_follows() {
         assert_eq!(learnt(elsewhere, None)[0], None, "{name}");
         assert_eq!(learnt(elsewhere, all[0]), all, "{name}");
     }
+}
+
+/// The rule of decision D18, its bounds among it: a child must be probable, and whoever it is must be near.
+#[test]
+fn attribution_keeps_to_its_bounds() {
+    let task = Task::new(1, 5, 3);
+    let (model, learner) = task.taught(CAREFUL, KeyframeParameters::default());
+    let correction = task.correction(Planted::Modified, 0, CAREFUL, false);
+    let segment = &by_reference_object(&correction.demonstration)[0];
+    let last = correction.last(&model);
+    let (child, probability) = model.most_probable_child(last, &segment.start).unwrap();
+    let about = |min_probability, max_distance| {
+        let rule = Modify { min_probability, max_distance, min_displacement: 0.0 };
+        let found = attribute(&model, &learner, &rule, last, None, segment, &mut Default::default()).unwrap();
+        found.map(Place::Node)
+    };
+    assert_eq!(about(probability, 40.0), Some(child));
+    assert_eq!(about(probability + 1e-9, 40.0), None);
+    assert_eq!(about(probability, 0.1), None);
 }

@@ -18,11 +18,12 @@
 //! keyframes, as one body. **What they cannot**: move one free keyframe against another (a bend, a way around something), one keyframe more
 //! or fewer, another grip command, another rest. Nor can they say what depends on another object: the frame is the reference object's.
 
-use super::by_feature;
+use std::array;
+
 use crate::keyframe::pose::Tangent;
 
 /// Axes of a displacement.
-pub(super) const AXES: usize = 6;
+const AXES: usize = 6;
 /// Groups of keyframes: free, contact.
 const GROUPS: usize = 2;
 /// Features of a plan.
@@ -52,7 +53,8 @@ fn sizes(contacts: &[bool]) -> [f64; GROUPS] {
 /// φ(u): `contacts` says which keyframes are, one a displacement. The features of a group without keyframes are 0.
 pub fn features(contacts: &[bool], displacements: &[Tangent]) -> Features {
     let sizes = sizes(contacts);
-    by_feature(|group, axis| {
+    array::from_fn(|feature| {
+        let (group, axis) = (feature / AXES, feature % AXES);
         let own = contacts.iter().zip(displacements).filter(|(contact, _)| usize::from(**contact) == group);
         own.map(|(_, moved)| moved[axis]).sum::<f64>() / sizes[group]
     })

@@ -11,8 +11,6 @@
 pub mod features;
 mod rule;
 
-use std::array;
-
 use nalgebra::Matrix6;
 use serde::Serialize;
 
@@ -53,11 +51,6 @@ pub struct Weighted {
 }
 
 impl Weighted {
-    /// The weights.
-    pub fn weights(&self) -> &Features {
-        &self.weights
-    }
-
     fn stops(&self, keyframes: &[RelativeKeyframe]) -> Vec<Stop> {
         keyframes.iter().map(|keyframe| Stop { pose: keyframe.pose, gripper: keyframe.gripper }).collect()
     }
@@ -118,9 +111,4 @@ impl Refine for CostWeights {
         let keyframes = primitive.plan().into_iter().zip(&primitive.scatter);
         keyframes.map(|(mean, scatter)| Refined { mean, scatter: *scatter }).collect()
     }
-}
-
-/// An array made feature by feature, `(group, axis)`: free keyframes first, then contacts.
-pub(crate) fn by_feature(value: impl Fn(usize, usize) -> f64) -> Features {
-    array::from_fn(|feature| value(feature / features::AXES, feature % features::AXES))
 }
