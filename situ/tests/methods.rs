@@ -10,6 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use situ::correction::Correction;
 use situ::decisions::Decisions;
 use situ::demonstration::{Demonstration, Feature, Schema};
+use situ::edit::difference;
 use situ::error::SituError;
 use situ::keyframe::parameters::KeyframeParameters;
 use situ::keyframe::policy::Execution;
@@ -140,6 +141,8 @@ fn every_method_teaches_corrects_and_repeats_itself() {
                 assert_eq!((copy.graph(), copy.to_json()), (graph, json), "{name}");
                 let changed = model.to_json() != copy.to_json();
                 assert_eq!(changed, method.role() != Role::Control, "{name}: corrections are learnt, but by controls");
+                let made = difference(&copy.graph(), &model.graph()).edit();
+                assert!(method.edits().contains(&made), "{name}: {made} is none of its edits");
                 states.push(serde_json::json!([model.to_json(), trace]));
             }
             check(name, &*model);

@@ -56,6 +56,11 @@ impl KeyframePolicy {
         &self.hmm
     }
 
+    /// Seconds of rest at each hidden state.
+    pub fn holds(&self) -> &[f64] {
+        &self.holds
+    }
+
     /// The model over interpolated keyframes.
     pub fn signature(&self) -> &Hmm {
         &self.signature
@@ -68,7 +73,7 @@ impl KeyframePolicy {
             .map(|(emission, hold)| RelativeKeyframe {
                 pose: match execution {
                     Execution::Mean => emission.mean,
-                    Execution::Sample => pose::exp(&emission.mean, &draw(emission, rng)),
+                    Execution::Sample => pose::exp(&emission.mean, &draw(&emission.scatter, rng)),
                 },
                 gripper: emission.gripper_command().expect("a policy's model is fitted with gripper commands"),
                 hold: *hold,
@@ -89,10 +94,9 @@ impl KeyframePolicy {
 }
 
 /// A draw from the scatter of the data about the mean: shrunk to the greatest deviations, rejected beyond the 95th percentile.
-fn draw(emission: &Emission, rng: &mut impl Rng) -> Tangent {
-    let factor = semidefinite_cholesky(&emission.scatter);
-    let deviation =
-        |from: usize| libm::sqrt((from..from + 3).map(|axis| emission.scatter[(axis, axis)]).fold(0.0, f64::max));
+pub(crate) fn draw(scatter: &Matrix6<f64>, rng: &mut impl Rng) -> Tangent {
+    let factor = semidefinite_cholesky(scatter);
+    let deviation = |from: usize| libm::sqrt((from..from + 3).map(|axis| scatter[(axis, axis)]).fold(0.0, f64::max));
     let shrink = |deviation: f64, greatest: f64| if deviation > greatest { greatest / deviation } else { 1.0 };
     let (position, rotation) = (shrink(deviation(0), SAMPLED_POSITION), shrink(deviation(3), SAMPLED_ROTATION));
     loop {

@@ -6,6 +6,7 @@
 mod direct;
 pub mod keyframe_method;
 pub mod rebuild;
+pub mod refinement;
 
 use std::sync::Arc;
 
@@ -54,7 +55,8 @@ pub trait Method: Send + Sync {
         self.name()
     }
 
-    /// The edits that the method can make. What a changed task needs beside these is *not applicable* in the tables, and not a failure.
+    /// The edits that the method can make, whatever it is shown. What needs another is out of its reach by construction and no failure of its
+    /// learning: in the tables such a cell is *not applicable*.
     fn edits(&self) -> &'static [Edit] {
         &Edit::ALL
     }
@@ -107,7 +109,8 @@ pub trait Learned: Send + Sync {
 
 /// Every method, in the order of the tables.
 pub fn all() -> Vec<Box<dyn Method>> {
-    keyframe_method::all().into_iter().map(|method| Box::new(method) as Box<dyn Method>).collect()
+    let keyframe = keyframe_method::all().into_iter().map(|method| Box::new(method) as Box<dyn Method>);
+    keyframe.chain(refinement::all()).collect()
 }
 
 /// The method of this name.
