@@ -100,10 +100,9 @@ impl Surroundings<'_> {
             };
             let (trace, update_seconds) = cost::timed(|| robot.model.correct(met));
             let trace = trace?;
-            let shown = demonstration.keyframes().iter().filter_map(|keyframe| keyframe.narration.as_ref());
-            shown.for_each(|name| {
+            for name in demonstration.keyframes().iter().filter_map(|keyframe| keyframe.narration.as_ref()) {
                 told.changed.remove(name);
-            });
+            }
             let made = difference(&graph, &robot.model.graph());
             last = self.evaluate(robot.model(), setting, round + 1, self.until(round, budget))?;
             run.effort += effort;

@@ -250,22 +250,29 @@ impl Plan {
                     }
                 }
             }
-            let is_left = !(singles.is_empty() && sequences.is_empty());
-            let Some(first) = self.methods.first().filter(|_| is_left) else { return Ok(()) };
+            let left: Vec<&dyn Method> = singles
+                .iter()
+                .flat_map(|(_, methods)| methods.iter().copied())
+                .chain(sequences.iter().map(|(_, _, method, _)| *method))
+                .collect();
+            if left.is_empty() {
+                return Ok(());
+            }
             progress.at(&format!(
                 "{}, {}, seed {}: teaching",
                 group.original.task,
                 group.teacher.profile().name,
                 group.seed
             ));
-            let taught = surroundings.teach(&group.original, &**first)?;
+            let standard = method::standard();
+            let taught = surroundings.teach(&group.original, &*standard)?;
             // Each model of the original task is evaluated once, whoever shares it.
             let mut originals: BTreeMap<&str, (&dyn Method, Taught)> = BTreeMap::new();
-            for method in methods() {
-                if !originals.contains_key(method.original()) {
-                    let is_first = method.original() == first.original();
-                    let taught = if is_first { taught.clone() } else { surroundings.taught_to(&taught, method)? };
-                    originals.insert(method.original(), (method, taught));
+            for method in left {
+                if let Entry::Vacant(entry) = originals.entry(method.original()) {
+                    let is_standard = method.original() == standard.original();
+                    let taught = if is_standard { taught.clone() } else { surroundings.taught_to(&taught, method)? };
+                    entry.insert((method, taught));
                 }
             }
             singles.par_iter().try_for_each(|(setting, methods)| {

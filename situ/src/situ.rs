@@ -20,7 +20,8 @@ use crate::trace::{Branch, Counters, Step, Trace};
 /// on the size of the model, but for the scan of A1.6.
 ///
 /// # Errors
-/// Where the last primitive is END or not in the model, or the interrupted one is not, or the learner refuses a segment; the model is lost then: clone it before.
+/// Where the last primitive is END or not in the model, or the interrupted one is not, or the learner refuses a segment; the model is lost
+/// then: clone it before.
 pub fn situ<L: Learner>(
     correction: Correction<'_>,
     mut model: TaskModel<L>,
@@ -74,11 +75,52 @@ pub(crate) fn end<L: Learner>(
     model.fit_classifiers(learner, &stale, counters)
 }
 
-/// D18: the primitive that the segment shows another way of doing, if any, and whether that way is to replace the primitive's own.
+/// D18: the primitives on the segment's object that it can be showing another way of, the likeliest first: the one that was interrupted,
+/// the child of `a` that would have run, and then `a` itself.
+pub(crate) fn suspects<L: Learner>(
+    model: &TaskModel<L>,
+    a: Place,
+    interrupted: Option<NodeId>,
+    segment: &Segment,
+    rule: &Modify,
+) -> Result<Vec<NodeId>, SituError> {
+    let nodes = model.children(a).filter(|child| matches!(child, Place::Node(_)));
+    let likely = nodes
+        .map(|child| (model.probability(child, &segment.start), child))
+        .reduce(|best, other| if other.0 > best.0 { other } else { best });
+    let likely = likely.filter(|(probability, _)| *probability >= rule.min_probability).map(|(_, child)| child);
+    let mut suspects = Vec::new();
+    for place in interrupted.map(Place::Node).into_iter().chain(likely).chain([a]) {
+        if let Place::Node(y) = place
+            && model.node(y)?.reference == segment.reference
+        {
+            suspects.push(y);
+        }
+    }
+    Ok(suspects)
+}
+
+/// D18: the first of the suspects that is not too far from the segment, whose own policy this is.
+pub(crate) fn near_enough<L: Learner>(
+    model: &TaskModel<L>,
+    suspects: &[NodeId],
+    own: &L::Policy,
+    learner: &L,
+    rule: &Modify,
+    counters: &mut Counters,
+) -> Result<Option<NodeId>, SituError> {
+    for y in suspects {
+        if learner.distance(&model.node(*y)?.policy, own, counters) <= rule.max_distance {
+            return Ok(Some(*y));
+        }
+    }
+    Ok(None)
+}
+
+/// D18: the primitive that the segment is an instance of or shows another way of doing, if any, and whether that way is to replace its own.
 ///
-/// Of a match `i`, the match itself, where the two are far apart. Of an unmatched segment, the primitive that was interrupted, the child of
-/// `a` that would have run, and then `a` itself: the first of them that is on the same object and not too far from the segment. It is
-/// replaced where the segment is far from it; where it is not, what sets the two apart is noise, and the segment is one more instance.
+/// It is the match `i`, and of an unmatched segment the first suspect that is near enough. The policy is replaced where the segment is
+/// displaced from it; where it is not, what sets the two apart is noise, and the segment is one more instance.
 #[expect(clippy::too_many_arguments, reason = "what a line of the listing knows")]
 fn another_way<L: Learner>(
     model: &TaskModel<L>,
@@ -90,28 +132,13 @@ fn another_way<L: Learner>(
     learner: &L,
     rule: &Modify,
     counters: &mut Counters,
-) -> Result<Option<(NodeId, Branch)>, SituError> {
-    let branch = |y: NodeId| -> Result<Branch, SituError> {
-        let is_far = learner.displacement(&model.node(y)?.policy, own) >= rule.min_displacement;
-        Ok(if is_far { Branch::Modify } else { Branch::Existing })
+) -> Result<Option<(NodeId, bool)>, SituError> {
+    let y = match i {
+        Some(i) => Some(i),
+        None => near_enough(model, &suspects(model, a, interrupted, segment, rule)?, own, learner, rule, counters)?,
     };
-    if let Some(y) = i {
-        return Ok(Some((y, branch(y)?)));
-    }
-    let nodes = model.children(a).filter(|child| matches!(child, Place::Node(_)));
-    let likely = nodes
-        .map(|child| (model.probability(child, &segment.start), child))
-        .reduce(|best, other| if other.0 > best.0 { other } else { best });
-    let likely = likely.filter(|(probability, _)| *probability >= rule.min_probability).map(|(_, child)| child);
-    for place in interrupted.map(Place::Node).into_iter().chain(likely).chain([a]) {
-        if let Place::Node(y) = place
-            && model.node(y)?.reference == segment.reference
-            && learner.distance(&model.node(y)?.policy, own, counters) <= rule.max_distance
-        {
-            return Ok(Some((y, branch(y)?)));
-        }
-    }
-    Ok(None)
+    let Some(y) = y else { return Ok(None) };
+    Ok(Some((y, learner.displacement(&model.node(y)?.policy, own) >= rule.min_displacement)))
 }
 
 /// A2.1: one segment `d`, whose start state is `s`, folded in after `a`, the applicable primitives being `z_set`.
@@ -136,22 +163,17 @@ fn local_update<L: Learner>(
     let renamed = model.local_reconnect(learner, &found.groups, decisions.subtract_own_positives, &mut counters)?;
     let now = |id: NodeId| renamed.get(&id).copied().unwrap_or(id);
     let a = if let Place::Node(id) = a { Place::Node(now(id)) } else { a };
-    let mut i = found.node.map(now);
-    let mut branch = if i.is_some() { Branch::Existing } else { Branch::New };
-
-    if let Some(rule) = decisions.modify {
-        let interrupted = interrupted.map(now);
-        let way = another_way(model, a, interrupted, i, &segment, &own, learner, &rule, &mut counters)?; // D18
-        if let Some((y, of)) = way {
-            (i, branch) = (Some(y), of);
-        }
-    }
-
-    let target = match i {
-        None => Target::New(own),
-        Some(z) if branch == Branch::Modify => Target::Modify(z),
-        Some(z) => Target::Existing(z),
+    let (i, interrupted) = (found.node.map(now), interrupted.map(now));
+    let way = match &decisions.modify {
+        Some(rule) => another_way(model, a, interrupted, i, &segment, &own, learner, rule, &mut counters)?, // D18
+        None => i.map(|i| (i, false)),
     };
+    let target = match way {
+        None => Target::New(own),
+        Some((z, true)) => Target::Modify(z),
+        Some((z, false)) => Target::Existing(z),
+    };
+    let branch = target.branch();
     let (z, edge_added) = commit(a, d, target, model, learner, decisions, &mut counters)?;
     Ok(Step {
         reference: segment.reference.to_string(),
@@ -178,6 +200,17 @@ pub(crate) enum Target<P> {
     Modify(NodeId),
 }
 
+impl<P> Target<P> {
+    /// The branch of Algorithm 2 that leads there.
+    pub(crate) fn branch(&self) -> Branch {
+        match self {
+            Self::New(_) => Branch::New,
+            Self::Existing(_) => Branch::Existing,
+            Self::Modify(_) => Branch::Modify,
+        }
+    }
+}
+
 /// A2.5 to A2.21: one segment `d`, placed after `a` in the primitive that it belongs to. Returns that primitive, and whether the edge to it is new.
 pub(crate) fn commit<L: Learner>(
     a: Place,
@@ -190,10 +223,10 @@ pub(crate) fn commit<L: Learner>(
 ) -> Result<(NodeId, bool), SituError> {
     let s = SampleId::Start(d);
     let subtract = decisions.subtract_own_positives;
-    let (i, replaces) = match &target {
-        Target::New(_) => (None, false),
-        Target::Existing(z) => (Some(*z), false),
-        Target::Modify(z) => (Some(*z), true),
+    let replaces = target.branch() == Branch::Modify;
+    let i = match &target {
+        Target::New(_) => None,
+        Target::Existing(z) | Target::Modify(z) => Some(*z),
     };
     // What else begins after `a`: the negatives of line 7, and whom D3 tells.
     let siblings: BTreeSet<Place> = model.children(a).filter(|child| i.map(Place::Node) != Some(*child)).collect();

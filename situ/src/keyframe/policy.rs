@@ -43,7 +43,7 @@ const SAMPLED_POSITION: f64 = 0.005;
 /// Greatest standard deviation of a sampled rotation, radians: 2°.
 const SAMPLED_ROTATION: f64 = 2.0 * PI / 180.0;
 /// The 95th percentile of χ² with 6 degrees of freedom: draws beyond it are drawn again.
-const CHI_SQUARED_6_95: f64 = 12.591_587_243_743_977;
+pub(crate) const CHI_SQUARED_6_95: f64 = 12.591_587_243_743_977;
 
 impl KeyframePolicy {
     /// The reference object.
@@ -56,11 +56,6 @@ impl KeyframePolicy {
         &self.hmm
     }
 
-    /// Seconds of rest at each hidden state.
-    pub fn holds(&self) -> &[f64] {
-        &self.holds
-    }
-
     /// The model over interpolated keyframes.
     pub fn signature(&self) -> &Hmm {
         &self.signature
@@ -68,17 +63,24 @@ impl KeyframePolicy {
 
     /// The keyframes of one execution, relative to the reference object: every hidden state once, in order.
     pub fn keyframes(&self, execution: Execution, rng: &mut impl Rng) -> Vec<RelativeKeyframe> {
-        let emissions = self.hmm.emissions.iter().zip(&self.holds);
-        emissions
-            .map(|(emission, hold)| RelativeKeyframe {
-                pose: match execution {
-                    Execution::Mean => emission.mean,
-                    Execution::Sample => pose::exp(&emission.mean, &draw(&emission.scatter, rng)),
-                },
-                gripper: emission.gripper_command().expect("a policy's model is fitted with gripper commands"),
-                hold: *hold,
-            })
-            .collect()
+        let mut keyframes = self.mean_keyframes();
+        if execution == Execution::Sample {
+            for (keyframe, emission) in keyframes.iter_mut().zip(&self.hmm.emissions) {
+                keyframe.pose = pose::exp(&keyframe.pose, &draw(&emission.scatter, rng));
+            }
+        }
+        keyframes
+    }
+
+    /// The keyframes of the mean execution, one a hidden state.
+    pub fn mean_keyframes(&self) -> Vec<RelativeKeyframe> {
+        let states = self.hmm.emissions.iter().zip(&self.holds);
+        let keyframe = |(emission, hold): (&Emission, &f64)| RelativeKeyframe {
+            pose: emission.mean,
+            gripper: emission.gripper_command().expect("a policy's model is fitted with gripper commands"),
+            hold: *hold,
+        };
+        states.map(keyframe).collect()
     }
 
     /// Whether the gripper is closed when the policy has run to its end (decision D6b).

@@ -4,15 +4,19 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::rebuild::assemble;
 use crate::correction::{Correction, Told};
 use crate::decisions::Decisions;
-use crate::demonstration::{Demonstration, Kind, SEVERAL, Segment};
+use crate::demonstration::{Demonstration, Kind, SEVERAL, Schema, Segment};
 use crate::error::SituError;
+use crate::keyframe::learner::KeyframeLearner;
+use crate::keyframe::parameters::KeyframeParameters;
 use crate::place::Place;
 use crate::primitive::Learner;
+use crate::segmentation::by_narration;
 use crate::situ::{Target, commit, end};
 use crate::task_model::{History, TaskModel};
-use crate::trace::{Branch, Counters, MatchedIn, Step, Trace};
+use crate::trace::{Counters, MatchedIn, Step, Trace};
 
 /// How a segment finds its primitive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,7 +35,7 @@ const NARRATION: &str = "listens to the teacher, so every keyframe needs a narra
 /// See [`NARRATION`].
 const TOLD: &str = "must be told which skills have changed";
 
-/// Checks that a demonstration, cut into `segments`, says what the rule has to hear.
+/// Checks that a demonstration says what the rule has to hear.
 ///
 /// # Errors
 /// [`SituError::Untold`].
@@ -39,11 +43,11 @@ pub(super) fn check(
     rule: Rule,
     method: &'static str,
     demonstration: &Demonstration,
-    segments: &[Segment],
     told: Option<&Told>,
 ) -> Result<(), SituError> {
+    let is_silent = demonstration.keyframes().iter().any(|keyframe| keyframe.narration.is_none());
     let missing = match rule {
-        Rule::Told | Rule::Narrated if segments.iter().any(|segment| segment.narration.is_none()) => NARRATION,
+        Rule::Told | Rule::Narrated if is_silent => NARRATION,
         Rule::Told if demonstration.kind() == Kind::Corrective && told.is_none() => TOLD,
         _ => return Ok(()),
     };
@@ -91,11 +95,7 @@ pub(super) fn fold<L: Learner>(
             Some(z) if rule == Rule::Narrated || told.is_some_and(|told| changes(told, &segment)) => Target::Modify(z),
             Some(z) => Target::Existing(z),
         };
-        let branch = match target {
-            Target::New(_) => Branch::New,
-            Target::Existing(_) => Branch::Existing,
-            Target::Modify(_) => Branch::Modify,
-        };
+        let branch = target.branch();
         let (z, edge_added) = commit(a, d, target, &mut model, learner, decisions, &mut counters)?;
         named.extend(name.map(|name| (name, z)));
         trace.counters += counters;
@@ -126,14 +126,30 @@ fn changes(told: &Told, segment: &Segment) -> bool {
     segment.narration.iter().flat_map(|names| names.split(SEVERAL)).any(|name| told.changed.contains(name))
 }
 
-/// A label a segment, one a name, in order of first appearance.
-pub(super) fn labels_by_name(histories: &[History]) -> Vec<usize> {
+/// An automaton whose primitives are the names that the teacher gave, each on its object; the demonstrations were [`check`]ed.
+///
+/// # Errors
+/// [`SituError::NoDemonstration`], or where the learner refuses a segment.
+pub(super) fn named_automaton(
+    schema: &Schema,
+    demonstrations: &[Demonstration],
+) -> Result<TaskModel<KeyframeLearner>, SituError> {
+    if demonstrations.is_empty() {
+        return Err(SituError::NoDemonstration);
+    }
+    let histories: Vec<History> =
+        demonstrations.iter().map(|shown| History::new(shown, by_narration(shown), None)).collect();
+    // In order of first appearance.
     let mut known = BTreeMap::new();
     let segments = histories.iter().flat_map(|history| &history.segments);
-    segments
+    let labels: Vec<usize> = segments
         .map(|segment| {
             let next = known.len();
             *known.entry(name(Rule::Narrated, segment)).or_insert(next)
         })
-        .collect()
+        .collect();
+    let learner = KeyframeLearner::new(schema, KeyframeParameters::default());
+    // No segment is ever compared with another, so the cut is never asked for.
+    let calibration = learner.calibrate(&[], &mut Counters::default())?;
+    Ok(assemble(histories, &labels, calibration, &learner, &Decisions::mended(), Counters::default())?.0)
 }

@@ -7,7 +7,8 @@ use std::sync::Arc;
 use rand_chacha::ChaCha8Rng;
 
 use super::direct::{self, Rule};
-use super::rebuild::{assemble, rebuild};
+use super::original::{KEYFRAME_AUTOMATON, keyframe_automaton};
+use super::rebuild::rebuild;
 use super::{Learned, Method, Role};
 use crate::correction::{Correction, Told};
 use crate::decisions::{Background, Candidates, Decisions};
@@ -18,11 +19,10 @@ use crate::keyframe::learner::KeyframeLearner;
 use crate::keyframe::parameters::{Activation, Compared, Divergence, KeyframeParameters, Lift, Standardisation};
 use crate::keyframe::policy::Execution;
 use crate::place::{NodeId, Place};
-use crate::primitive::Learner;
 use crate::segmentation::{by_narration, by_reference_object};
 use crate::situ::situ;
 use crate::task_model::{History, TaskModel};
-use crate::trace::{Counters, Trace};
+use crate::trace::Trace;
 
 /// How a correction is folded in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,15 +47,9 @@ impl Update {
     }
 
     /// Checks that a demonstration says what the method has to hear.
-    fn check(
-        self,
-        method: &'static str,
-        demonstration: &Demonstration,
-        segments: &[Segment],
-        told: Option<&Told>,
-    ) -> Result<(), SituError> {
+    fn check(self, method: &'static str, demonstration: &Demonstration, told: Option<&Told>) -> Result<(), SituError> {
         let Self::Direct(rule) = self else { return Ok(()) };
-        direct::check(rule, method, demonstration, segments, told)
+        direct::check(rule, method, demonstration, told)
     }
 }
 
@@ -222,7 +216,7 @@ impl Method for KeyframeMethod {
     fn original(&self) -> &'static str {
         match self.update {
             Update::Direct(Rule::Narrated) => self.name,
-            _ => super::KEYFRAME_AUTOMATON,
+            _ => KEYFRAME_AUTOMATON,
         }
     }
 
@@ -232,22 +226,11 @@ impl Method for KeyframeMethod {
         demonstrations: &[Demonstration],
         seed: u64,
     ) -> Result<Box<dyn Learned>, SituError> {
-        let mut histories = Vec::with_capacity(demonstrations.len());
-        for demonstration in demonstrations {
-            demonstration.check_features(schema.len())?;
-            let segments = self.update.segments(demonstration);
-            self.update.check(self.name, demonstration, &segments, None)?;
-            histories.push(History::new(demonstration, segments, None));
-        }
-        // Every method starts from the same model, with the default kernels: it takes over at the first correction.
-        let teacher = KeyframeLearner::new(schema, KeyframeParameters::default());
-        let decisions = Decisions::mended();
-        let (model, _) = if self.update == Update::Direct(Rule::Narrated) && !histories.is_empty() {
-            let labels = direct::labels_by_name(&histories);
-            let calibration = teacher.calibrate(&[], &mut Counters::default())?;
-            assemble(histories, &labels, calibration, &teacher, &decisions, Counters::default())?
-        } else {
-            rebuild(histories, None, &teacher, &decisions)?
+        demonstrations.iter().try_for_each(|demonstration| demonstration.check_features(schema.len()))?;
+        demonstrations.iter().try_for_each(|demonstration| self.update.check(self.name, demonstration, None))?;
+        let model = match self.update {
+            Update::Direct(Rule::Narrated) => direct::named_automaton(schema, demonstrations)?,
+            _ => keyframe_automaton(schema, demonstrations)?,
         };
         Ok(Box::new(KeyframeTask {
             method: self.name,
@@ -276,7 +259,7 @@ impl Learned for KeyframeTask {
         let after = self.model.origin(last)?;
         interrupted.map(|id| self.model.node(id)).transpose()?;
         let segments = self.update.segments(demonstration);
-        self.update.check(self.method, demonstration, &segments, told)?;
+        self.update.check(self.method, demonstration, told)?;
         let (learner, decisions) = (&self.learner, &self.decisions);
         // Taken, not copied: a copy would cost with the size of the model.
         let nothing = TaskModel::new(*self.model.calibration());

@@ -5,8 +5,11 @@
 
 mod direct;
 pub mod keyframe_method;
+mod original;
 pub mod rebuild;
 pub mod refinement;
+
+pub use original::KEYFRAME_AUTOMATON;
 
 use std::sync::Arc;
 
@@ -20,9 +23,6 @@ use crate::graph::Graph;
 use crate::keyframe::policy::Execution;
 use crate::place::{NodeId, Place};
 use crate::trace::Trace;
-
-/// The automaton of keyframe policies that `rebuild` makes of the original demonstrations: see [`Method::original`].
-pub const KEYFRAME_AUTOMATON: &str = "keyframe automaton";
 
 /// What a method does with a task that has changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,6 +111,12 @@ pub trait Learned: Send + Sync {
 pub fn all() -> Vec<Box<dyn Method>> {
     let keyframe = keyframe_method::all().into_iter().map(|method| Box::new(method) as Box<dyn Method>);
     keyframe.chain(refinement::all()).collect()
+}
+
+/// The method by whose model of the original task it is decided that the task is taught: one for all, or what a method is given would
+/// depend on those that happen to run beside it.
+pub fn standard() -> Box<dyn Method> {
+    named("no_update").expect("it is listed")
 }
 
 /// The method of this name.

@@ -1,10 +1,9 @@
 //! Keyframes of a correction laid against those of a primitive: sequence alignment (Needleman and Wunsch 1970).
 
-use crate::demonstration::{Gripper, Pose};
-use crate::keyframe::pose::log;
+use crate::demonstration::{Gripper, Pose, RelativeKeyframe};
+use crate::keyframe::frechet::METRES_PER_RADIAN;
+use crate::keyframe::pose::{exp, log};
 
-/// Length that a radian counts, metres: about the reach of a held object from the gripper (as in decision D5).
-const METRES_PER_RADIAN: f64 = 0.1;
 /// What a keyframe without a partner costs, metres. So two keyframes are partners at up to twice this, 30 cm: further than a
 /// modification of a primitive moves one (8 to 12 cm), nearer than another place for the same object (40 cm).
 const UNPAIRED: f64 = 0.15;
@@ -20,6 +19,12 @@ pub struct Stop {
     pub pose: Pose,
     /// The command in force from here on.
     pub gripper: Gripper,
+}
+
+impl From<&RelativeKeyframe> for Stop {
+    fn from(keyframe: &RelativeKeyframe) -> Self {
+        Self { pose: keyframe.pose, gripper: keyframe.gripper }
+    }
 }
 
 impl Stop {
@@ -94,7 +99,7 @@ pub fn off_path(pose: &Pose, path: &[Pose]) -> Option<(f64, f64)> {
         let whole = log(&ends[0], &ends[1]);
         (0..=POINTS_A_LEG).map(move |point| {
             let share = point as f64 / POINTS_A_LEG as f64;
-            (distance(&crate::keyframe::pose::exp(&ends[0], &(whole * share)), pose), leg as f64 + share)
+            (distance(&exp(&ends[0], &(whole * share)), pose), leg as f64 + share)
         })
     });
     legs.reduce(|nearest, other| if other.0 < nearest.0 { other } else { nearest })

@@ -6,6 +6,7 @@ use crate::error::SituError;
 use crate::keyframe::learner::KeyframeLearner;
 use crate::place::{NodeId, Place};
 use crate::primitive::Learner;
+use crate::situ::{near_enough, suspects};
 use crate::task_model::TaskModel;
 use crate::trace::Counters;
 
@@ -27,28 +28,10 @@ pub fn attribute(
     segment: &Segment,
     counters: &mut Counters,
 ) -> Result<Option<NodeId>, SituError> {
-    let children: Vec<Place> = model.children(last).filter(|child| matches!(child, Place::Node(_))).collect();
-    counters.classifier_evaluations += children.len() as u64;
-    let likely = children
-        .into_iter()
-        .map(|child| (model.probability(child, &segment.start), child))
-        .reduce(|best, other| if other.0 > best.0 { other } else { best })
-        .filter(|(probability, _)| *probability >= rule.min_probability)
-        .map(|(_, child)| child);
-    let mut own = None;
-    for place in interrupted.map(Place::Node).into_iter().chain(likely).chain([last]) {
-        let Place::Node(id) = place else { continue };
-        let node = model.node(id)?;
-        if node.reference != segment.reference {
-            continue;
-        }
-        let own = match &own {
-            Some(policy) => policy,
-            None => own.insert(learner.fit_policy(&[segment], counters)?),
-        };
-        if learner.distance(&node.policy, own, counters) <= rule.max_distance {
-            return Ok(Some(id));
-        }
+    let suspects = suspects(model, last, interrupted, segment, rule)?;
+    if suspects.is_empty() {
+        return Ok(None);
     }
-    Ok(None)
+    let own = learner.fit_policy(&[segment], counters)?;
+    near_enough(model, &suspects, &own, learner, rule, counters)
 }

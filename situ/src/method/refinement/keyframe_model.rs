@@ -24,12 +24,10 @@ use super::refine::{Refine, Refined};
 use crate::demonstration::{Gripper, Pose, RelativeKeyframe, Segment};
 use crate::error::SituError;
 use crate::keyframe::hmm::{Emission, Observation};
-use crate::keyframe::policy::KeyframePolicy;
+use crate::keyframe::policy::{CHI_SQUARED_6_95, KeyframePolicy};
 use crate::keyframe::pose::{exp, log};
 use crate::trace::Counters;
 
-/// The 95th percentile of χ² with 6 degrees of freedom: a keyframe beyond it is not an instance of the cluster.
-const CHI_SQUARED_6_95: f64 = 12.591_587_243_743_977;
 /// A keyframe no further from a way than this is on the way, metres (a radian counts a tenth): more than a novice's noise of 1 cm
 /// and 4° makes of it, less than the 8 cm of a near-variant.
 const ON_THE_WAY: f64 = 0.05;
@@ -102,7 +100,7 @@ impl Clusters {
             let (off, at) = off_path(&cluster.emission.mean, &other).unwrap_or((0.0, 0.0));
             let replaced = || {
                 let closed = stops[index].is_closed();
-                shown[from.1..to.1].iter().any(|keyframe| stop(keyframe).is_closed() == closed)
+                shown[from.1..to.1].iter().any(|keyframe| Stop::from(keyframe).is_closed() == closed)
             };
             let may_go = !contacts[index] || replaced();
             if off <= ON_THE_WAY || !may_go {
@@ -110,7 +108,7 @@ impl Clusters {
             }
         }
         for (index, keyframe) in shown.iter().enumerate().take(to.1).skip(from.1) {
-            let is_contact = index > 0 && stop(keyframe).is_closed() != stop(&shown[index - 1]).is_closed();
+            let is_contact = index > 0 && Stop::from(keyframe).is_closed() != Stop::from(&shown[index - 1]).is_closed();
             let off = off_path(&keyframe.pose, &own).map_or(f64::INFINITY, |(off, _)| off);
             if off > ON_THE_WAY || is_contact {
                 kept.push(((index - first_shown) as f64, self.cluster(keyframe)));
@@ -127,10 +125,6 @@ impl Clusters {
         emission.scatter = Matrix6::zeros();
         Cluster { emission, gripper: shown.gripper, hold: shown.hold, instances: 1 }
     }
-}
-
-fn stop(keyframe: &RelativeKeyframe) -> Stop {
-    Stop { pose: keyframe.pose, gripper: keyframe.gripper }
 }
 
 impl Refine for KeyframeModel {
@@ -152,11 +146,11 @@ impl Refine for KeyframeModel {
                 instances[state] += 1;
             }
         }
-        let states = original.hmm().emissions.iter().zip(original.holds()).zip(instances);
-        let clusters = states.map(|((emission, hold), instances)| Cluster {
-            gripper: emission.gripper_command().expect("a policy's model is fitted with gripper commands"),
+        let states = original.hmm().emissions.iter().zip(original.mean_keyframes()).zip(instances);
+        let clusters = states.map(|((emission, RelativeKeyframe { gripper, hold, .. }), instances)| Cluster {
             emission: emission.clone(),
-            hold: *hold,
+            gripper,
+            hold,
             instances: instances.max(1),
         });
         Ok(Clusters(clusters.collect()))
@@ -166,7 +160,7 @@ impl Refine for KeyframeModel {
         counters.segments_touched += 1;
         let stops: Vec<Stop> = primitive.0.iter().map(Cluster::stop).collect();
         let shown = &shown.keyframes;
-        let pairs = align(&stops, &shown.iter().map(stop).collect::<Vec<_>>());
+        let pairs = align(&stops, &shown.iter().map(Stop::from).collect::<Vec<_>>());
         let mut clusters = Vec::with_capacity(stops.len());
         let mut from = (0, 0);
         for (i, j) in pairs {

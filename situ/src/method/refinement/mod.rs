@@ -23,7 +23,8 @@ mod task;
 
 pub use refine::{Refine, Refined};
 
-use super::{KEYFRAME_AUTOMATON, Learned, Method, Role};
+use super::original::KEYFRAME_AUTOMATON;
+use super::{Learned, Method, Role};
 use crate::demonstration::{Demonstration, Schema};
 use crate::edit::Edit;
 use crate::error::SituError;

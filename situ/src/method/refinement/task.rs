@@ -20,10 +20,10 @@ use crate::keyframe::parameters::KeyframeParameters;
 use crate::keyframe::policy::{Execution, draw};
 use crate::keyframe::pose::exp;
 use crate::method::Learned;
-use crate::method::rebuild::rebuild;
+use crate::method::original::keyframe_automaton;
 use crate::place::{NodeId, Place, SegmentId};
 use crate::segmentation::by_reference_object;
-use crate::task_model::{History, TaskModel};
+use crate::task_model::TaskModel;
 use crate::trace::Trace;
 
 /// The original automaton, and the refined primitives beside it.
@@ -49,15 +49,9 @@ struct Corrected<P> {
 
 impl<R: Refine> RefinedTask<R> {
     pub(super) fn teach(refine: R, schema: &Schema, demonstrations: &[Demonstration]) -> Result<Self, SituError> {
-        demonstrations.iter().try_for_each(|demonstration| demonstration.check_features(schema.len()))?;
+        let model = Arc::new(keyframe_automaton(schema, demonstrations)?);
         let learner = KeyframeLearner::new(schema, KeyframeParameters::default());
         let decisions = Decisions::mended();
-        let histories = demonstrations
-            .iter()
-            .map(|demonstration| History::new(demonstration, by_reference_object(demonstration), None))
-            .collect();
-        let (model, _) = rebuild(histories, None, &learner, &decisions)?;
-        let model = Arc::new(model);
         Ok(Self { refine, model, learner, decisions, corrections: 0, corrected: BTreeMap::new() })
     }
 

@@ -51,16 +51,16 @@ pub struct Weighted {
 }
 
 impl Weighted {
-    fn stops(&self, keyframes: &[RelativeKeyframe]) -> Vec<Stop> {
-        keyframes.iter().map(|keyframe| Stop { pose: keyframe.pose, gripper: keyframe.gripper }).collect()
-    }
-
     /// The minimiser of the cost.
     fn plan(&self) -> Vec<RelativeKeyframe> {
-        let displacements = features::plan(&contacts(&self.stops(&self.demonstrated)), &self.weights);
+        let displacements = features::plan(&contacts(&stops(&self.demonstrated)), &self.weights);
         let keyframes = self.demonstrated.iter().zip(displacements);
         keyframes.map(|(mean, moved)| RelativeKeyframe { pose: exp(&mean.pose, &moved), ..*mean }).collect()
     }
+}
+
+fn stops(keyframes: &[RelativeKeyframe]) -> Vec<Stop> {
+    keyframes.iter().map(Stop::from).collect()
 }
 
 impl Refine for CostWeights {
@@ -68,14 +68,8 @@ impl Refine for CostWeights {
 
     /// Reads the original policy alone.
     fn fit(&self, original: &KeyframePolicy, _: &[&Segment], _: &mut Counters) -> Result<Weighted, SituError> {
-        let states = original.hmm().emissions.iter().zip(original.holds());
-        let keyframe = |(emission, hold): (&crate::keyframe::hmm::Emission, &f64)| RelativeKeyframe {
-            pose: emission.mean,
-            gripper: emission.gripper_command().expect("a policy's model is fitted with gripper commands"),
-            hold: *hold,
-        };
         Ok(Weighted {
-            demonstrated: states.map(keyframe).collect(),
+            demonstrated: original.mean_keyframes(),
             scatter: original.hmm().emissions.iter().map(|emission| emission.scatter).collect(),
             weights: [0.0; FEATURES],
         })
@@ -84,13 +78,13 @@ impl Refine for CostWeights {
     fn correct(&self, primitive: &mut Weighted, shown: &Segment, counters: &mut Counters) -> Result<(), SituError> {
         counters.segments_touched += 1;
         let plan = primitive.plan();
-        let contacts = contacts(&primitive.stops(&primitive.demonstrated));
+        let contacts = contacts(&stops(&primitive.demonstrated));
         let moved = |keyframes: &[RelativeKeyframe]| -> Vec<_> {
             let pairs = primitive.demonstrated.iter().zip(keyframes);
             pairs.map(|(mean, keyframe)| log(&mean.pose, &keyframe.pose)).collect()
         };
         let mut deformed = plan.clone();
-        for (i, j) in align(&primitive.stops(&plan), &primitive.stops(&shown.keyframes)) {
+        for (i, j) in align(&stops(&plan), &stops(&shown.keyframes)) {
             deformed[i].pose = shown.keyframes[j].pose;
         }
         let planned = features::features(&contacts, &moved(&plan));

@@ -64,7 +64,7 @@ pub struct Regressed {
 
 impl Regressed {
     fn stops(&self) -> Vec<Stop> {
-        self.original.iter().map(|keyframe| Stop { pose: keyframe.pose, gripper: keyframe.gripper }).collect()
+        self.original.iter().map(Stop::from).collect()
     }
 
     /// Fits the mixture to all data.
@@ -98,15 +98,10 @@ impl Refine for TactileGmr {
         segments: &[&Segment],
         counters: &mut Counters,
     ) -> Result<Regressed, SituError> {
-        let emissions = &original.hmm().emissions;
-        let keyframes = emissions.iter().zip(original.holds()).map(|(emission, hold)| RelativeKeyframe {
-            pose: emission.mean,
-            gripper: emission.gripper_command().expect("a policy's model is fitted with gripper commands"),
-            hold: *hold,
-        });
-        let means: Vec<Pose> = emissions.iter().map(|emission| emission.mean).collect();
+        let keyframes = original.mean_keyframes();
+        let means: Vec<Pose> = keyframes.iter().map(|keyframe| keyframe.pose).collect();
         let mut primitive = Regressed {
-            original: keyframes.collect(),
+            original: keyframes,
             base: karcher_mean(&means, &vec![1.0; means.len()]),
             points: Vec::new(),
             corrected: Vec::new(),

@@ -53,8 +53,7 @@ fn phases(stops: &[Stop], shown: &[Stop]) -> Vec<Option<f64>> {
 
 /// The points of a segment with these keyframes, at least one, of a primitive with these stops, at least one; `base` is where the tangent space is.
 pub(super) fn of(stops: &[Stop], base: &Pose, keyframes: &[RelativeKeyframe]) -> Vec<Point> {
-    let shown: Vec<Stop> =
-        keyframes.iter().map(|keyframe| Stop { pose: keyframe.pose, gripper: keyframe.gripper }).collect();
+    let shown: Vec<Stop> = keyframes.iter().map(Stop::from).collect();
     let point = |phase: f64, contact: f64, pose: &Pose| -> Point {
         let tangent = log(base, pose);
         [phase, contact, tangent[0], tangent[1], tangent[2], tangent[3], tangent[4], tangent[5]]
