@@ -220,6 +220,7 @@ impl Automaton {
                     gripper,
                     hold: 0.0,
                     state: state.clone(),
+                    narration: None,
                 });
             }
         }

@@ -215,6 +215,7 @@ impl World {
                     gripper,
                     hold: 0.0,
                     state: state.clone(),
+                    narration: None,
                 }
             })
             .collect()
@@ -445,6 +446,7 @@ fn a_task_that_stands_still_can_be_corrected() {
         gripper: Gripper::Open(0.08),
         hold: 0.0,
         state: State::new([0.0; 9]),
+        narration: None,
     };
     let still = |kind| Demonstration::new("still", kind, &schema(), vec![keyframe.clone()], State::new([0.0; 9]), true);
     let originals = [still(Kind::Original).unwrap(), still(Kind::Original).unwrap()];

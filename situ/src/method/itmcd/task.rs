@@ -197,7 +197,7 @@ impl ItmcdTask {
 
 impl Learned for ItmcdTask {
     fn correct(&mut self, correction: Correction<'_>) -> Result<Trace, SituError> {
-        let Correction { last, interrupted, demonstration } = correction;
+        let Correction { last, interrupted, demonstration, told: _ } = correction;
         demonstration.check_features(self.scales.len())?;
         let after = self.model.origin(last)?;
         interrupted.map(|id| self.model.node(id)).transpose()?;
