@@ -111,7 +111,7 @@ pub fn refit<L: Learner>(
 }
 
 /// The negatives of every place by the rules of Algorithm 2 and the decisions, then every classifier.
-pub(super) fn retrain_classifiers<L: Learner>(
+fn retrain_classifiers<L: Learner>(
     model: &mut TaskModel<L>,
     learner: &L,
     decisions: &Decisions,

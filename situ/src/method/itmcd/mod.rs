@@ -3,7 +3,8 @@
 //!
 //! At a correction the automaton is made a STARHMM ([`starhmm`]); every edit that it could need ([`candidate`]) is fitted to all data, original
 //! and corrective, by EM; AICc ([`criterion`]) chooses ([`selection`]); and the correction is folded into the keyframe task model by
-//! exactly that edit. So what it executes is made by the kernels of every keyframe method, and what differs is the choice.
+//! exactly that edit, by the lines of Algorithm 2 that SITU does it by. So what it starts from and what it executes is that of every keyframe
+//! method, and what differs is the choice.
 //!
 //! What had to be decided, beside what a step is ([`frames`]):
 //! - *Modification.* A refit of a phase to old and new data alike loses to a new node wherever the two differ, for a Gaussian over both is wide. What a
@@ -30,8 +31,9 @@ pub mod starhmm;
 mod task;
 
 use crate::demonstration::{Demonstration, Schema};
+use crate::edit::Edit;
 use crate::error::SituError;
-use crate::method::{Learned, Method, Role};
+use crate::method::{KEYFRAME_AUTOMATON, Learned, Method, Role};
 
 use parameters::ItmcdParameters;
 pub use task::ItmcdTask;
@@ -49,23 +51,26 @@ impl Method for Itmcd {
     }
 
     fn summary(&self) -> &'static str {
-        "every edit fitted to all data by EM, the best by AICc folded in (a reconstruction)"
+        "every edit fitted to all data by EM, the best by AICc folded in"
     }
 
     fn source(&self) -> &'static str {
-        "Gutierrez, Chu, Thomaz and Niekum 2018"
+        "Gutierrez, Chu, Thomaz and Niekum 2018 (reconstruction)"
     }
 
     fn role(&self) -> Role {
         Role::Correct
     }
 
-    fn teach(
-        &self,
-        schema: &Schema,
-        demonstrations: &[Demonstration],
-        _seed: u64,
-    ) -> Result<Box<dyn Learned>, SituError> {
+    fn original(&self) -> &'static str {
+        KEYFRAME_AUTOMATON
+    }
+
+    fn edits(&self) -> &'static [Edit] {
+        &Edit::ALL
+    }
+
+    fn teach(&self, schema: &Schema, demonstrations: &[Demonstration], _: u64) -> Result<Box<dyn Learned>, SituError> {
         Ok(Box::new(ItmcdTask::teach(schema, demonstrations, self.parameters)?))
     }
 }

@@ -19,10 +19,11 @@ use crate::keyframe::learner::KeyframeLearner;
 use crate::keyframe::parameters::KeyframeParameters;
 use crate::keyframe::policy::Execution;
 use crate::method::Learned;
-use crate::method::rebuild::{rebuild, retrain_classifiers};
-use crate::place::{NodeId, Place, SampleId, Samples, SegmentId};
+use crate::method::original::keyframe_automaton;
+use crate::place::{NodeId, Place};
 use crate::primitive::Learner;
 use crate::segmentation::by_reference_object;
+use crate::situ::{Target, commit, end};
 use crate::task_model::{History, TaskModel};
 use crate::trace::{Branch, Counters, MatchedIn, Step, Trace};
 
@@ -31,6 +32,7 @@ use crate::trace::{Branch, Counters, MatchedIn, Step, Trace};
 pub struct ItmcdTask {
     model: TaskModel<KeyframeLearner>,
     learner: KeyframeLearner,
+    decisions: Decisions,
     scales: Vec<f64>,
     parameters: ItmcdParameters,
     retired: Retired,
@@ -51,12 +53,15 @@ impl ItmcdTask {
             let (parameter, value) = ("points", parameters.points as f64);
             return Err(SituError::Parameter { parameter, value, rule: "must be at least 2" });
         }
-        demonstrations.iter().try_for_each(|demonstration| demonstration.check_features(schema.len()))?;
-        let learner = KeyframeLearner::new(schema, KeyframeParameters::default());
-        let history = |shown: &Demonstration| History::new(shown, by_reference_object(shown), None);
-        let (model, _) = rebuild(demonstrations.iter().map(history).collect(), None, &learner, &Decisions::mended())?;
-        let scales = schema.features().iter().map(|feature| feature.scale).collect();
-        Ok(Self { model, learner, scales, parameters, retired: Retired::new(), rounds: Vec::new() })
+        Ok(Self {
+            model: keyframe_automaton(schema, demonstrations)?,
+            learner: KeyframeLearner::new(schema, KeyframeParameters::default()),
+            decisions: Decisions::mended(),
+            scales: schema.features().iter().map(|feature| feature.scale).collect(),
+            parameters,
+            retired: Retired::new(),
+            rounds: Vec::new(),
+        })
     }
 
     /// The rounds of the last correction: every candidate, its AICc and its weight.
@@ -96,20 +101,12 @@ impl ItmcdTask {
         select(automaton, sequences, &shown, self.model.next_id(), &self.parameters, counters)
     }
 
-    /// Folds the correction in: its segments into these nodes, by these edits.
-    fn fold(
-        &mut self,
-        last: Place,
-        shown: History,
-        plan: &Plan,
-        nodes: &[NodeId],
-        counters: &mut Counters,
-    ) -> Result<Vec<Step>, SituError> {
+    /// Folds the correction in as SITU does (Algorithm 2 from line 5 on), but that the plan says what each segment is; then the edges that
+    /// the plan wants and the correction did not walk.
+    fn fold(&mut self, last: Place, shown: History, plan: &Plan, nodes: &[NodeId]) -> Result<Trace, SituError> {
         let carried_to_end = shown.carried_to_end;
-        let ids = self.model.begin(shown);
         let candidates: usize = plan.rounds.iter().map(|round| round.evaluations.len()).sum();
-        let mut modified = BTreeSet::new();
-        let mut unmade = BTreeSet::new();
+        let (mut modified, mut unmade) = (BTreeSet::new(), BTreeSet::new());
         for edit in plan.edits() {
             match edit {
                 Candidate::Modify { node, .. } => modified.insert(node),
@@ -119,51 +116,51 @@ impl ItmcdTask {
         }
         // A planned node that no segment was placed in is not made; the ids of those behind it move up.
         let mut made: BTreeMap<NodeId, NodeId> = BTreeMap::new();
-        let mut refit = BTreeSet::new();
-        let mut a = last;
-        let mut trace = Vec::new();
-        for (segment, planned) in ids.iter().zip(nodes) {
-            let model_size = self.model.len();
-            let is_new = unmade.remove(planned);
-            let (node, branch) = if is_new {
-                let id = self.add(*segment, counters)?;
-                made.insert(*planned, id);
-                (id, Branch::New)
+        let (mut a, mut trace) = (last, Trace::default());
+        let index = self.model.histories().len() as u32;
+        for (d, planned) in self.model.begin(shown).into_iter().zip(nodes) {
+            let segment = self.model.segment(d).clone();
+            let (model_size, mut counters) = (self.model.len(), Counters::default());
+            // A node that this correction makes has no older way to replace.
+            let replaces = modified.remove(planned);
+            let target = if unmade.remove(planned) {
+                Target::New(self.learner.fit_policy(&[&segment], &mut counters)?)
             } else {
-                let known = made.get(planned).copied().unwrap_or(*planned);
-                let replace = modified.remove(planned);
-                if replace {
-                    let old = self.model.node(known)?.policy_segments.clone();
-                    self.retired.entry(known).or_default().push(old);
+                let z = made.get(planned).copied().unwrap_or(*planned);
+                if replaces {
+                    let old = self.model.node(z)?.policy_segments.clone();
+                    self.retired.entry(z).or_default().push(old);
+                    Target::Modify(z)
+                } else {
+                    Target::Existing(z)
                 }
-                self.model.adopt(known, *segment, replace)?;
-                refit.insert(known);
-                (known, if replace { Branch::Modify } else { Branch::Existing })
             };
-            self.model.place(*segment, node);
-            let edge_added = self.model.add_edge(a, Place::Node(node));
-            // Every primitive is weighed, none is indexed; and the work is that of the whole correction, not of its segments.
-            trace.push(Step {
-                reference: self.model.segment(*segment).reference.to_string(),
+            let branch = target.branch();
+            let matched_in = if branch == Branch::New { MatchedIn::None } else { MatchedIn::Reference };
+            let (node, edge_added) =
+                commit(a, d, target, &mut self.model, &self.learner, &self.decisions, &mut counters)?;
+            if branch == Branch::New {
+                made.insert(*planned, node);
+            }
+            trace.counters += counters;
+            trace.steps.push(Step {
+                reference: segment.reference.to_string(),
+                // Nothing is indexed: the edits of every primitive are weighed.
                 applicable: model_size,
                 model_size,
                 candidates,
-                matched_in: if is_new { MatchedIn::None } else { MatchedIn::Reference },
+                matched_in,
                 branch,
                 node,
                 after: a,
                 edge_added,
                 merged: Vec::new(),
-                counters: Counters::default(),
+                counters,
             });
             a = Place::Node(node);
         }
-        for id in refit {
-            self.model.fit_policy(&self.learner, id, counters)?;
-        }
-        if let (true, Some(first)) = (carried_to_end, ids.first()) {
-            self.model.add_final(first.demonstration);
-            self.model.add_edge(a, Place::End);
+        if carried_to_end {
+            end(a, index, &mut self.model, &self.learner, &self.decisions, &mut trace.counters)?;
         }
         for edit in plan.edits() {
             let actual = |place: Place| match place {
@@ -180,18 +177,7 @@ impl ItmcdTask {
                 self.model.add_edge(from, to);
             }
         }
-        counters.nodes_touched += self.model.len() as u64;
-        retrain_classifiers(&mut self.model, &self.learner, &Decisions::mended(), counters)?;
         Ok(trace)
-    }
-
-    /// A node of one segment.
-    fn add(&mut self, segment: SegmentId, counters: &mut Counters) -> Result<NodeId, SituError> {
-        let own = self.model.segment(segment).clone();
-        let policy = self.learner.fit_policy(&[&own], counters)?;
-        let samples = Samples { positives: BTreeSet::from([SampleId::Start(segment)]), negatives: BTreeSet::new() };
-        let classifier = self.model.fit_samples(&self.learner, &samples, counters)?;
-        Ok(self.model.add_node(BTreeSet::from([segment]), policy, samples, classifier))
     }
 }
 
@@ -204,12 +190,14 @@ impl Learned for ItmcdTask {
         let shown = History::new(demonstration, by_reference_object(demonstration), after);
         let mut counters = Counters::default();
         let plan = self.plan(last, &shown, &mut counters)?;
-        let steps = match &plan.nodes {
-            Some(nodes) => self.fold(last, shown, &plan, nodes, &mut counters)?,
-            None => Vec::new(),
+        let mut trace = match &plan.nodes {
+            Some(nodes) => self.fold(last, shown, &plan, nodes)?,
+            None => Trace::default(),
         };
+        // The search is the work of the whole correction, not of a segment.
+        trace.counters += counters;
         self.rounds = plan.rounds;
-        Ok(Trace { steps, counters })
+        Ok(trace)
     }
 
     fn next(&self, last: Place, state: &State) -> Option<(Place, f64)> {
