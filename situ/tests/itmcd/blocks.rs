@@ -11,6 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use situ::correction::Correction;
 use situ::demonstration::{Demonstration, Feature, Gripper, Keyframe, Kind, Pose, Schema, State};
 use situ::edit::{Edit, difference};
+use situ::keyframe::policy::Execution;
 use situ::keyframe::pose::{Tangent, exp};
 use situ::method::Learned;
 use situ::method::itmcd::ItmcdTask;
@@ -316,11 +317,11 @@ fn taught(originals: &[Demonstration], done: usize, parameters: ItmcdParameters)
 /// below; and half of a need's draws is three of *its* standard errors below the worst but for needs nothing, which is one.
 #[test]
 fn the_planted_edit_is_chosen() {
-    let (mut right, mut agree, mut all, mut work) = (0, 0, 0, Counters::default());
-    let mut table = Vec::new();
-    let mut wrong = Vec::new();
+    let (mut right, mut all, mut work) = (0, 0, Counters::default());
+    let (mut table, mut made, mut wrong) = (Vec::new(), Vec::new(), Vec::new());
+    let column = |edit: Option<Edit>| Edit::ALL.iter().position(|other| Some(*other) == edit).unwrap_or(4);
     for need in Need::ALL {
-        let mut row = [0; 5];
+        let (mut row, mut row_made) = ([0; 5], [0; 5]);
         for draw in 0..DRAWS {
             let seed = stream(draw, &format!("held out: {need:?}"));
             let (count, noise) = (2 + (draw % 3) as usize, if draw % 2 == 0 { 0.005 } else { 0.01 });
@@ -332,9 +333,9 @@ fn the_planted_edit_is_chosen() {
             let before = task.graph();
             work += task.correct(Correction::after(last, &shown)).unwrap().counters;
             let edit = chosen(&task);
-            row[Edit::ALL.iter().position(|other| Some(*other) == edit).unwrap_or(4)] += 1;
+            row[column(edit)] += 1;
+            row_made[column(Some(difference(&before, &task.graph()).edit()))] += 1;
             all += 1;
-            agree += usize::from(difference(&before, &task.graph()).edit() == need.edit());
             if edit == Some(need.edit()) {
                 right += 1;
             } else {
@@ -343,20 +344,29 @@ fn the_planted_edit_is_chosen() {
             }
         }
         table.push((need, row));
+        made.push((need, row_made));
     }
-    println!("{:<30}{}refused", "needed", Edit::ALL.map(|edit| format!("{edit:<18}")).concat());
-    for (need, row) in &table {
-        let cells: String = row.iter().map(|count| format!("{count:<18}")).collect();
-        println!("{:<12}{:<18}{cells}", format!("{need:?}"), need.edit());
+    for (what, rows) in [("chosen by AICc", &table), ("made, by the difference of the automata", &made)] {
+        let on_diagonal: usize = rows.iter().map(|(need, row)| row[column(Some(need.edit()))]).sum();
+        println!("{what}: {on_diagonal} of {all} as planted");
+        println!("{:<30}{}refused", "planted", Edit::ALL.map(|edit| format!("{edit:<18}")).concat());
+        for (need, row) in rows {
+            let cells: String = row.iter().map(|count| format!("{count:<18}")).collect();
+            println!("{:<12}{:<18}{cells}", format!("{need:?}"), need.edit());
+        }
     }
-    println!("{right} of {all} right; {agree} by the difference of the graphs");
-    let each = all as u64;
-    println!("{} fits and {} EM iterations a correction", work.hmm_fits / each, work.em_iterations / each);
+    let each = |count: u64| count as f64 / all as f64;
+    println!(
+        "a correction: {:.1} fits, {:.1} EM iterations, {:.1} Newton steps",
+        each(work.hmm_fits),
+        each(work.em_iterations),
+        each(work.logistic_steps)
+    );
     println!("{}", wrong.join("\n"));
     assert!(all >= 200, "{all}");
     assert!(right as f64 >= 0.9 * all as f64, "{right} of {all}");
     for (need, row) in &table {
-        let own = row[Edit::ALL.iter().position(|edit| *edit == need.edit()).unwrap()];
+        let own = row[column(Some(need.edit()))];
         assert!(2 * own >= row.iter().sum::<usize>(), "{need:?}: {row:?}");
     }
 }
@@ -453,4 +463,46 @@ fn a_task_that_stands_still_can_be_corrected() {
     let mut task = ItmcdTask::teach(&schema(), &originals, ItmcdParameters::default()).unwrap();
     task.correct(Correction::after(Place::Start, &still(Kind::Corrective).unwrap())).unwrap();
     assert_eq!(chosen(&task), Some(Edit::None));
+}
+
+/// Corrections as nobody gives them: one keyframe, about a known object or an unknown one, from anywhere, again and again, after a single
+/// original. Each is folded in or refused, and what is left is a model that runs and that repeats itself.
+#[test]
+fn odd_corrections_are_folded_in_or_refused() {
+    let keyframe = |object: &str, at: f64| Keyframe {
+        reference: object.into(),
+        reference_pose: Pose::identity(),
+        gripper_pose: Pose::translation(at, 0.0, 0.0),
+        gripper: Gripper::Open(0.08),
+        hold: 0.0,
+        state: State::new([at.min(3.0); 9]),
+        narration: None,
+    };
+    for count in [1, 2] {
+        let originals = originals(count, 4, 0.005);
+        let run = || {
+            let task = ItmcdTask::teach(&schema(), &originals, ItmcdParameters::default()).unwrap();
+            let mut task = Box::new(task) as Box<dyn Learned>;
+            let mut edits = Vec::new();
+            for (draw, object) in ["bin-0", "nowhere", "nowhere", "block-1"].into_iter().enumerate() {
+                for (at, ends) in [(0.0, false), (1e3, true), (0.0, true)] {
+                    let before = task.graph();
+                    let ids: Vec<Place> = before.nodes.iter().map(|node| Place::Node(node.id)).collect();
+                    let last = if draw % 2 == 0 { Place::Start } else { ids[draw % ids.len()] };
+                    let (shown, state) = (vec![keyframe(object, at)], State::new([at.min(3.0); 9]));
+                    let shown = Demonstration::new("odd", Kind::Corrective, &schema(), shown, state, ends).unwrap();
+                    let trace = task.correct(Correction::after(last, &shown)).unwrap();
+                    assert!(trace.steps.len() <= 1 && trace.counters.em_iterations > 0, "{trace:?}");
+                    edits.push(difference(&before, &task.graph()).edit());
+                }
+            }
+            assert!(edits.contains(&Edit::NodeAddition), "nothing else makes an unknown object possible: {edits:?}");
+            let mut rng = ChaCha8Rng::seed_from_u64(0);
+            for node in &task.graph().nodes {
+                assert!(!task.keyframes(node.id, Execution::Sample, &mut rng).unwrap().1.is_empty());
+            }
+            task.to_json()
+        };
+        assert_eq!(run(), run());
+    }
 }

@@ -2,7 +2,8 @@
 //!
 //! A segment becomes a fixed number of points, uniform in arc length, relative to its reference object as everywhere else (decision D0b): a
 //! rigid change of frame keeps densities comparable between objects. A point is the hand's position and two points at a tenth of a metre along
-//! its axes, which turn with it without a jump: nine coordinates in centimetres, of which those that vary most are kept. It is regressed on
+//! its axes, which turn with it without a jump: nine coordinates in centimetres, of which those that vary most over all data are kept; what
+//! changes in another alone is not seen. It is regressed on
 //! (1, u, u²), u the share of the arc length behind it: the action a_t of the STARHMM, which is how far the motion was told to go. The state
 //! of the world, which is seen once a segment only, decides what is entered. The object, and whether the hand leaves it closed (D6b), is the context.
 //!

@@ -1,12 +1,9 @@
 //! What the reconstruction chooses where the paper's numbers are not known.
 
-use serde::Serialize;
-
 use super::starhmm::FitParameters;
 
 /// What a step is regressed on beside the share of the segment that is behind it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lag {
     /// Nothing: a phase is a path with scatter.
     None,

@@ -10,7 +10,7 @@ use super::automaton::{Automaton, problem};
 use super::candidate::{Candidate, all, apply};
 use super::criterion::{akaike_weights, corrected_akaike};
 use super::parameters::ItmcdParameters;
-use super::starhmm::{Sequence, Step};
+use super::starhmm::{Fit, Sequence, Starhmm, Step};
 use crate::error::SituError;
 use crate::place::{NodeId, Place};
 use crate::trace::Counters;
@@ -85,12 +85,8 @@ pub(super) fn select(
     counters: &mut Counters,
 ) -> Result<Plan, SituError> {
     let own = sequences.len();
-    let segments_of = |automaton: &Automaton| automaton.versions.len() as u64;
-    let base = automaton.model.fit(&sequences, &parameters.fit).map_err(problem)?;
-    counters.hmm_fits += 1;
-    counters.em_iterations += base.iterations() as u64;
-    automaton.model = base.model;
-    counters.nodes_touched += segments_of(&automaton);
+    automaton.model = fitted(automaton.model, &sequences, parameters, counters)?.model;
+    counters.nodes_touched += automaton.versions.len() as u64;
 
     let contexts: Vec<usize> = shown.segments.iter().map(|steps| steps[0].context).collect();
     let goal = contexts.len() + usize::from(shown.ends);
@@ -151,6 +147,22 @@ pub(super) fn select(
     }
 }
 
+/// A model fitted to these sequences, the work counted.
+fn fitted(
+    model: Starhmm,
+    sequences: &[Sequence],
+    parameters: &ItmcdParameters,
+    counters: &mut Counters,
+) -> Result<Fit, SituError> {
+    let fit = model.fit(sequences, &parameters.fit).map_err(problem)?;
+    let steps: usize = sequences.iter().map(|sequence| sequence.steps.len()).sum();
+    counters.hmm_fits += 1;
+    counters.em_iterations += fit.iterations() as u64;
+    counters.logistic_steps += fit.logistic_steps as u64;
+    counters.segments_touched += (steps / parameters.points) as u64;
+    Ok(fit)
+}
+
 /// Fits a candidate, where it is not too large for the data.
 fn evaluate(
     candidate: Candidate,
@@ -164,11 +176,7 @@ fn evaluate(
     let mut evaluation =
         Evaluation { candidate, parameters: k, observations: n, log_likelihood: None, criterion: None, weight: 0.0 };
     if corrected_akaike(0.0, k, n).is_some() {
-        let fit = edited.model.clone().fit(sequences, &parameters.fit).map_err(problem)?;
-        counters.hmm_fits += 1;
-        counters.em_iterations += fit.iterations() as u64;
-        let steps: usize = sequences.iter().map(|sequence| sequence.steps.len()).sum();
-        counters.segments_touched += (steps / parameters.points) as u64;
+        let fit = fitted(edited.model.clone(), sequences, parameters, counters)?;
         evaluation.log_likelihood = Some(fit.log_likelihood());
         evaluation.criterion = corrected_akaike(fit.log_likelihood(), k, n);
         edited.model = fit.model;
@@ -176,7 +184,7 @@ fn evaluate(
     Ok(evaluation)
 }
 
-/// The node of each segment on the most probable path: the one that makes most of its steps, the first where two make as many.
+/// The node of each segment on the most probable path, whose phases end with a segment or not at all.
 fn placed(
     automaton: &Automaton,
     index: usize,
@@ -184,17 +192,7 @@ fn placed(
     segments: &[Vec<Step>],
 ) -> Result<Vec<NodeId>, SituError> {
     let path = automaton.model.most_probable_path(index, sequence).map_err(problem)?;
-    let mut rest = path.as_slice();
-    let mut nodes = Vec::new();
-    for steps in segments {
-        if rest.is_empty() {
-            break;
-        }
-        let (own, others) = rest.split_at(steps.len());
-        rest = others;
-        let count = |phase: &usize| own.iter().filter(|other| *other == phase).count();
-        let most = own.iter().reduce(|kept, other| if count(other) > count(kept) { other } else { kept });
-        nodes.push(most.and_then(|phase| automaton.node_of(*phase)).ok_or_else(|| problem("a phase without a node"))?);
-    }
-    Ok(nodes)
+    let mut firsts = segments.iter().scan(0, |next, steps| Some(std::mem::replace(next, *next + steps.len())));
+    let phases = std::iter::from_fn(|| path.get(firsts.next()?));
+    phases.map(|phase| automaton.node_of(*phase).ok_or_else(|| problem("a phase without a node"))).collect()
 }

@@ -1,9 +1,6 @@
 //! The linear Gaussian emission of a phase.
 
-use serde::Serialize;
-
-use super::dot;
-use crate::keyframe::logistic::cholesky;
+use crate::keyframe::logistic::{cholesky, dot};
 
 /// log 2π.
 const LOG_TWO_PI: f64 = 1.837_877_066_409_345_3;
@@ -11,7 +8,7 @@ const LOG_TWO_PI: f64 = 1.837_877_066_409_345_3;
 const LEAST_WEIGHT: f64 = 1e-9;
 
 /// y | x ~ N(W x, Σ).
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Emission {
     /// W, row-major, shape (d, m).
     weights: Vec<f64>,
@@ -19,10 +16,8 @@ pub struct Emission {
     covariance: Vec<f64>,
     inputs: usize,
     /// L with L Lᵀ = Σ.
-    #[serde(skip)]
     factor: Vec<f64>,
     /// −½ (d log 2π + log det Σ).
-    #[serde(skip)]
     log_norm: f64,
 }
 

@@ -28,6 +28,8 @@ pub struct Fit {
     pub model: Starhmm,
     /// The log-likelihood of all sequences at the start and after each iteration, nats.
     pub log_likelihoods: Vec<f64>,
+    /// Newton steps of the logistic regressions of the M-steps.
+    pub logistic_steps: usize,
 }
 
 impl Fit {
@@ -49,7 +51,7 @@ impl Starhmm {
     /// Where shapes do not fit, or a sequence is impossible under the structure.
     pub fn fit(mut self, sequences: &[Sequence], parameters: &FitParameters) -> Result<Fit, StarhmmError> {
         self.check(sequences)?;
-        let mut log_likelihoods = Vec::new();
+        let (mut log_likelihoods, mut logistic_steps) = (Vec::new(), 0);
         loop {
             let posteriors = sequences
                 .iter()
@@ -60,13 +62,14 @@ impl Starhmm {
             let gain = log_likelihoods.last().map_or(f64::INFINITY, |before| now - before);
             log_likelihoods.push(now);
             if gain < parameters.tolerance || log_likelihoods.len() > parameters.max_iterations {
-                return Ok(Fit { model: self, log_likelihoods });
+                return Ok(Fit { model: self, log_likelihoods, logistic_steps });
             }
-            self.maximise(sequences, &posteriors, parameters);
+            logistic_steps += self.maximise(sequences, &posteriors, parameters);
         }
     }
 
-    fn maximise(&mut self, sequences: &[Sequence], posteriors: &[Posterior], parameters: &FitParameters) {
+    /// One M-step; the Newton steps that it made.
+    fn maximise(&mut self, sequences: &[Sequence], posteriors: &[Posterior], parameters: &FitParameters) -> usize {
         for (index, phase) in self.phases.iter_mut().enumerate() {
             let mut samples = Vec::new();
             for (sequence, posterior) in sequences.iter().zip(posteriors) {
@@ -102,9 +105,9 @@ impl Starhmm {
                 exits[self.phases[transition.from].exit].push((features, ends, transition.stays));
             }
         }
-        improve_entries(&mut self.entries, &choices, parameters.switch_ridge);
-        for (weights, seen) in self.exits.iter_mut().zip(&exits) {
-            improve_exit(weights, seen, parameters.switch_ridge);
-        }
+        let ridge = parameters.switch_ridge;
+        let of_entries = improve_entries(&mut self.entries, &choices, ridge);
+        let of_exits = self.exits.iter_mut().zip(&exits).map(|(weights, seen)| improve_exit(weights, seen, ridge));
+        of_entries + of_exits.sum::<usize>()
     }
 }

@@ -1,6 +1,8 @@
 //! Forward, backward and the most probable path, in log space.
 
-use super::{END, Sequence, Starhmm, StarhmmError, dot, log_sigmoid, log_sum};
+use super::{END, Sequence, Starhmm, StarhmmError, log_sigmoid};
+use crate::keyframe::hmm::log_sum_exp;
+use crate::keyframe::logistic::dot;
 
 /// What the steps of a sequence say about its phases.
 #[derive(Clone, Debug, PartialEq)]
@@ -118,7 +120,7 @@ impl Starhmm {
                     0.0
                 } else {
                     let ways = tables.ways[time][phase].iter();
-                    log_sum(ways.map(|way| ahead(&backward, time, way)))
+                    log_sum_exp(ways.map(|way| ahead(&backward, time, way)))
                 };
             }
         }
@@ -132,9 +134,10 @@ impl Starhmm {
                 }
             }
             let sums = terms.iter().zip(&tables.density[time]);
-            forward.push(sums.map(|(terms, density)| log_sum(terms.iter().copied()) + density).collect());
+            forward.push(sums.map(|(terms, density)| log_sum_exp(terms.iter().copied()) + density).collect());
         }
-        let log_likelihood = log_sum(forward[0].iter().zip(&backward[0]).map(|(forward, backward)| forward + backward));
+        let log_likelihood =
+            log_sum_exp(forward[0].iter().zip(&backward[0]).map(|(forward, backward)| forward + backward));
         if !log_likelihood.is_finite() {
             return Err(StarhmmError::Impossible { sequence: index });
         }

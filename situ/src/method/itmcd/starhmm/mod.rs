@@ -25,6 +25,9 @@ use std::collections::BTreeSet;
 
 use thiserror::Error;
 
+use crate::keyframe::hmm::log_sum_exp;
+use crate::keyframe::logistic::dot;
+
 /// The end of a sequence, as a child.
 pub const END: usize = usize::MAX;
 
@@ -128,7 +131,7 @@ impl Starhmm {
     /// log η of each option, in order.
     fn log_choice(&self, options: &[usize], features: &[f64]) -> Vec<f64> {
         let scores: Vec<f64> = options.iter().map(|to| dot(&self.entries[self.entry_of(*to)], features)).collect();
-        let total = log_sum(scores.iter().copied());
+        let total = log_sum_exp(scores.iter().copied());
         scores.into_iter().map(|score| score - total).collect()
     }
 
@@ -200,20 +203,6 @@ impl Starhmm {
         }
         Ok(())
     }
-}
-
-/// Σ l_i r_i, in order.
-pub(super) fn dot(left: &[f64], right: &[f64]) -> f64 {
-    left.iter().zip(right).map(|(left, right)| left * right).sum()
-}
-
-/// log Σ e^v; −∞ of none.
-fn log_sum(values: impl Iterator<Item = f64> + Clone) -> f64 {
-    let greatest = values.clone().fold(f64::NEG_INFINITY, f64::max);
-    if greatest == f64::NEG_INFINITY {
-        return greatest;
-    }
-    greatest + libm::log(values.map(|value| libm::exp(value - greatest)).sum())
 }
 
 /// log σ(z), without overflow.

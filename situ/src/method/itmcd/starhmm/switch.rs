@@ -1,7 +1,8 @@
 //! The M-steps of termination and entry: logistic regressions with soft labels, never allowed to lower what EM climbs.
 
-use super::{dot, log_sigmoid, log_sum};
-use crate::keyframe::logistic::cholesky;
+use super::log_sigmoid;
+use crate::keyframe::hmm::log_sum_exp;
+use crate::keyframe::logistic::{cholesky, dot};
 
 /// Newton steps an M-step: EM comes back, so a few that improve are as good as a minimum.
 const NEWTON_STEPS: usize = 2;
@@ -19,7 +20,11 @@ pub(super) struct Choice<'a> {
 }
 
 /// Improves w by Newton's method on the ridge objective; a step is taken only where the expected log-likelihood itself does not fall.
-pub(super) fn improve_exit(weights: &mut Vec<f64>, seen: &[Exit<'_>], ridge: f64) {
+/// Returns the steps that were solved.
+pub(super) fn improve_exit(weights: &mut Vec<f64>, seen: &[Exit<'_>], ridge: f64) -> usize {
+    if seen.is_empty() {
+        return 0;
+    }
     let size = weights.len();
     let expected = |weights: &[f64]| -> f64 {
         let terms = seen.iter().map(|(features, ends, stays)| {
@@ -28,7 +33,7 @@ pub(super) fn improve_exit(weights: &mut Vec<f64>, seen: &[Exit<'_>], ridge: f64
         });
         terms.sum()
     };
-    for _ in 0..NEWTON_STEPS {
+    for step in 1..=NEWTON_STEPS {
         let mut gradient: Vec<f64> = weights.iter().map(|weight| -ridge * weight).collect();
         let mut hessian = diagonal(size, ridge);
         for (features, ends, stays) in seen {
@@ -38,14 +43,15 @@ pub(super) fn improve_exit(weights: &mut Vec<f64>, seen: &[Exit<'_>], ridge: f64
             add(&mut gradient, &mut hessian, (0, 0), features, slope, curvature);
         }
         if !climb(weights, gradient, hessian, expected) {
-            return;
+            return step;
         }
     }
+    NEWTON_STEPS
 }
 
 /// Improves all v at once, in the same way.
-pub(super) fn improve_entries(entries: &mut [Vec<f64>], choices: &[Choice<'_>], ridge: f64) {
-    let Some(width) = entries.first().map(Vec::len) else { return };
+pub(super) fn improve_entries(entries: &mut [Vec<f64>], choices: &[Choice<'_>], ridge: f64) -> usize {
+    let Some(width) = entries.first().map(Vec::len).filter(|_| !choices.is_empty()) else { return 0 };
     // Only a v that stands beside another can be learned; the others stay out of the equations.
     let mut slot = vec![None; entries.len()];
     let mut used = Vec::new();
@@ -60,7 +66,7 @@ pub(super) fn improve_entries(entries: &mut [Vec<f64>], choices: &[Choice<'_>], 
     let logs = |weights: &[f64], choice: &Choice<'_>| -> Vec<f64> {
         let score = |entry: &usize| dot(&weights[position(entry)..position(entry) + width], choice.features);
         let scores: Vec<f64> = choice.entries.iter().map(score).collect();
-        let total = log_sum(scores.iter().copied());
+        let total = log_sum_exp(scores.iter().copied());
         scores.into_iter().map(|score| score - total).collect()
     };
     let expected = |weights: &[f64]| -> f64 {
@@ -70,7 +76,9 @@ pub(super) fn improve_entries(entries: &mut [Vec<f64>], choices: &[Choice<'_>], 
         };
         choices.iter().map(of).sum()
     };
-    for _ in 0..NEWTON_STEPS {
+    let mut steps = 0;
+    while steps < NEWTON_STEPS {
+        steps += 1;
         let mut gradient: Vec<f64> = weights.iter().map(|weight| -ridge * weight).collect();
         let mut hessian = diagonal(weights.len(), ridge);
         for choice in choices {
@@ -94,6 +102,7 @@ pub(super) fn improve_entries(entries: &mut [Vec<f64>], choices: &[Choice<'_>], 
     for (entry, own) in used.iter().zip(weights.chunks_exact(width)) {
         entries[*entry].copy_from_slice(own);
     }
+    steps
 }
 
 fn diagonal(size: usize, value: f64) -> Vec<f64> {
