@@ -350,6 +350,11 @@ fn the_planted_edit_is_chosen() {
         let on_diagonal: usize = rows.iter().map(|(need, row)| row[column(Some(need.edit()))]).sum();
         println!("{what}: {on_diagonal} of {all} as planted");
         println!("{:<30}{}refused", "planted", Edit::ALL.map(|edit| format!("{edit:<18}")).concat());
+        for edit in Edit::ALL {
+            let of_edit = rows.iter().filter(|(need, _)| need.edit() == edit);
+            let sums = of_edit.fold([0; 5], |sums, (_, row)| std::array::from_fn(|index| sums[index] + row[index]));
+            println!("{:<30}{}", edit, sums.map(|count| format!("{count:<18}")).concat());
+        }
         for (need, row) in rows {
             let cells: String = row.iter().map(|count| format!("{count:<18}")).collect();
             println!("{:<12}{:<18}{cells}", format!("{need:?}"), need.edit());

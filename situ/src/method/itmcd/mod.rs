@@ -13,7 +13,8 @@
 //! - *k and n.* All parameters of the model against all scalar observations. With a single original n is so small that AICc misses
 //!   most modifications: the correction is then averaged in.
 //! - *The search.* An edge for every absent pair, so O(|T|²) EM runs over all data; but where the correction is impossible under a candidate,
-//!   log L is −∞ by structure alone, and no EM is run. That is exact.
+//!   log L is −∞ by structure alone, and no EM is run. That is exact. Each run starts from the fit before the edit, once, and is stopped
+//!   after [`parameters`]' `max_iterations` or where an iteration gains next to nothing: that is a bound of ours.
 //! - *The place of a new node.* After what ran last: the correction begins there, whatever was interrupted.
 //! - *More than one edit.* By rounds ([`selection`]). The first goes as far as any single edit can, however badly it fits on the way.
 //! - *Termination.* Where a primitive ends is seen, as for every method here: by the change of the reference object. So τ has a constant only.
