@@ -80,4 +80,7 @@ pub enum SituError {
     /// A classifier could not be fitted.
     #[error("an initiation classifier: {0}")]
     Classifier(String),
+    /// A state-based transition model (STARHMM) could not be made or fitted.
+    #[error("a model of phases: {0}")]
+    Phases(String),
 }

@@ -136,6 +136,11 @@ impl<L: Learner> TaskModel<L> {
         self.nodes.iter().map(|(id, node)| (*id, node))
     }
 
+    /// The id that the next node will have.
+    pub fn next_id(&self) -> NodeId {
+        NodeId(self.next)
+    }
+
     /// A node.
     ///
     /// # Errors

@@ -9,7 +9,7 @@ use crate::place::{NodeId, Place};
 /// Exact counts of work. They depend on the input alone, never on the machine, so a difference is a verdict.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {
-    /// Hidden Markov models fitted, policies and signatures alike.
+    /// Hidden Markov models fitted, policies and signatures alike, and the models of phases of `itmcd`.
     pub hmm_fits: u64,
     /// Iterations of expectation maximisation over all fits.
     pub em_iterations: u64,
@@ -23,10 +23,19 @@ pub struct Counters {
     pub nodes_touched: u64,
     /// Segments read to fit a policy or a signature.
     pub segments_touched: u64,
+    /// Newton steps of the logistic regressions inside expectation maximisation: those of `itmcd`, for no other method has any. Those of an
+    /// initiation classifier are part of its fit and not counted. Left out where there are none.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub logistic_steps: u64,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 impl Counters {
-    /// The counters by name, in the order of the tables.
+    /// The counters by name that mean something for every method, in the order of the tables.
     pub fn named(&self) -> [(&'static str, u64); 7] {
         [
             ("hmm_fits", self.hmm_fits),
@@ -49,6 +58,7 @@ impl AddAssign for Counters {
         self.classifier_evaluations += other.classifier_evaluations;
         self.nodes_touched += other.nodes_touched;
         self.segments_touched += other.segments_touched;
+        self.logistic_steps += other.logistic_steps;
     }
 }
 

@@ -2,7 +2,7 @@
 
 mod common;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use common::{CAREFUL, Planted, Task};
 use rand::SeedableRng;
@@ -12,13 +12,15 @@ use situ::decisions::Decisions;
 use situ::demonstration::{Demonstration, Feature, Schema};
 use situ::edit::difference;
 use situ::error::SituError;
+use situ::graph::Node;
 use situ::keyframe::parameters::KeyframeParameters;
 use situ::keyframe::policy::Execution;
 use situ::method::rebuild::rebuild;
-use situ::method::{Learned, Method, Role, all, named};
+use situ::method::{KEYFRAME_AUTOMATON, Learned, Method, Role, all, named};
 use situ::place::{NodeId, Place, SegmentId};
 use situ::segmentation::by_reference_object;
 use situ::task_model::History;
+use situ::trace::Counters;
 
 /// A node addition that stops early, a self-loop, and a modification that is carried on to the end.
 const CORRECTIONS: [(Planted, bool); 3] =
@@ -190,4 +192,42 @@ fn states_of_another_schema_are_refused() {
         );
         assert_eq!(model.to_json(), before, "{name}");
     }
+}
+
+/// What shares a word for its original model shares the model: it is evaluated once for all of them.
+#[test]
+fn methods_of_one_original_start_alike() {
+    let task = task();
+    let shown = task.originals(3, CAREFUL);
+    let states: Vec<_> = shown.iter().flat_map(|shown| shown.keyframes()).map(|keyframe| &keyframe.state).collect();
+    let mut known = BTreeMap::new();
+    for method in all() {
+        let model = taught(&*method, &task);
+        let graph = model.graph();
+        let places = || graph.nodes.iter().map(|node| Place::Node(node.id)).chain([Place::Start]);
+        let next: Vec<_> = places().flat_map(|place| states.iter().map(move |state| (place, *state))).collect();
+        let next: Vec<_> = next.into_iter().map(|(place, state)| model.next(place, state)).collect();
+        let draw = |node: &Node| {
+            let draw =
+                |seed| model.keyframes(node.id, Execution::Sample, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap();
+            (model.keyframes(node.id, Execution::Mean, &mut ChaCha8Rng::seed_from_u64(0)).unwrap(), draw(1), draw(2))
+        };
+        let executed: Vec<_> = graph.nodes.iter().map(draw).collect();
+        let original = (graph.clone(), next, executed);
+        let first = known.entry(method.original()).or_insert_with(|| original.clone());
+        assert_eq!(*first, original, "{}: `{}` is another model", method.name(), method.original());
+    }
+    assert!(known.contains_key(KEYFRAME_AUTOMATON));
+}
+
+/// A counter of one method's work leaves the records of the others as they were.
+#[test]
+fn a_counter_of_nothing_is_not_written() {
+    let none = serde_json::to_value(Counters::default()).unwrap();
+    assert!(none.get("logistic_steps").is_none() && none.get("em_iterations").is_some(), "{none}");
+    assert_eq!(serde_json::from_value::<Counters>(none).unwrap(), Counters::default());
+    let some = Counters { logistic_steps: 3, ..Counters::default() };
+    let written = serde_json::to_value(some).unwrap();
+    assert_eq!(written["logistic_steps"], 3);
+    assert_eq!(serde_json::from_value::<Counters>(written).unwrap(), some);
 }

@@ -20,6 +20,7 @@ pub use emission::{Emission, Observation};
 pub use fit::Fit;
 pub use gripper::GripperEmission;
 pub use inference::Expectations;
+pub(crate) use inference::log_sum_exp;
 pub use parameters::{HmmError, HmmParameters};
 
 use rand::{Rng, RngExt};

@@ -6,7 +6,7 @@
 //! smaller; both find the same minimum. The targets of `true` and `false` are inside (0, 1): with few samples the classes can
 //! always be separated, and plain maximum likelihood would diverge.
 
-mod cholesky;
+pub(crate) mod cholesky;
 mod dual;
 mod primal;
 mod problem;
@@ -241,8 +241,8 @@ fn sigmoid(z: f64) -> f64 {
     }
 }
 
-/// Four running sums, joined in a fixed order: the same bits on every machine, and open to vector instructions.
-fn dot(left: &[f64], right: &[f64]) -> f64 {
+/// Σ l_i r_i: four running sums, joined in a fixed order: the same bits on every machine, and open to vector instructions.
+pub(crate) fn dot(left: &[f64], right: &[f64]) -> f64 {
     let mut lanes = [0.0; 4];
     let (left_lanes, right_lanes) = (left.chunks_exact(4), right.chunks_exact(4));
     let rest: f64 = left_lanes.remainder().iter().zip(right_lanes.remainder()).map(|(l, r)| l * r).sum();

@@ -4,6 +4,7 @@
 //! the conformance test and the tables then know it.
 
 mod direct;
+pub mod itmcd;
 pub mod keyframe_method;
 mod original;
 pub mod rebuild;
@@ -116,7 +117,7 @@ pub trait Learned: Send + Sync {
 /// Every method, in the order of the tables.
 pub fn all() -> Vec<Box<dyn Method>> {
     let keyframe = keyframe_method::all().into_iter().map(|method| Box::new(method) as Box<dyn Method>);
-    keyframe.chain(refinement::all()).collect()
+    keyframe.chain(refinement::all()).chain([Box::new(itmcd::Itmcd::default()) as Box<dyn Method>]).collect()
 }
 
 /// The method by whose model of the original task it is decided that the task is taught: one for all, or what a method is given would

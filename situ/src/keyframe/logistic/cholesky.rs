@@ -4,7 +4,7 @@ use super::dot;
 
 /// Factors a symmetric positive definite matrix (row-major, n × n, lower triangle read) in place into L, L Lᵀ = m. False,
 /// with the matrix spoilt, where it is not positive definite.
-pub(super) fn factor(matrix: &mut [f64], n: usize) -> bool {
+pub(crate) fn factor(matrix: &mut [f64], n: usize) -> bool {
     for row in 0..n {
         let (above, own) = matrix.split_at_mut(row * n);
         for column in 0..row {
@@ -21,7 +21,7 @@ pub(super) fn factor(matrix: &mut [f64], n: usize) -> bool {
 }
 
 /// Solves L Lᵀ x = b in place.
-pub(super) fn solve(factor: &[f64], n: usize, b: &mut [f64]) {
+pub(crate) fn solve(factor: &[f64], n: usize, b: &mut [f64]) {
     for row in 0..n {
         let own = &factor[row * n..row * n + row + 1];
         b[row] = (b[row] - dot(&own[..row], &b[..row])) / own[row];

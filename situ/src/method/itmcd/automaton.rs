@@ -1,0 +1,190 @@
+//! The automaton as a STARHMM: a node is a phase, an edge a permitted transition, a classifier an entry.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::frames::Frames;
+use super::parameters::ItmcdParameters;
+use super::starhmm::{END, Emission, Phase, Sequence, Starhmm, Step};
+use crate::demonstration::Segment;
+use crate::error::SituError;
+use crate::keyframe::learner::KeyframeLearner;
+use crate::place::{NodeId, Place, SegmentId};
+use crate::task_model::{History, TaskModel};
+
+/// The segments that a node's policy was fitted to before modifications replaced them, oldest first.
+pub(super) type Retired = BTreeMap<NodeId, Vec<BTreeSet<SegmentId>>>;
+
+/// A STARHMM, and what its phases stand for.
+#[derive(Clone)]
+pub(super) struct Automaton {
+    pub(super) model: Starhmm,
+    /// The phases of each node: its versions, the current one last.
+    pub(super) versions: BTreeMap<NodeId, Vec<usize>>,
+    pub(super) edges: BTreeSet<(Place, Place)>,
+}
+
+pub(super) fn problem(error: impl ToString) -> SituError {
+    SituError::Phases(error.to_string())
+}
+
+/// An emission of the steps of one or more segments.
+pub(super) fn emission(steps: &[&Step], parameters: &ItmcdParameters) -> Result<Emission, SituError> {
+    let samples: Vec<_> = steps.iter().map(|step| (1.0, &*step.regressors, &*step.target)).collect();
+    Emission::fit(&samples, parameters.fit.ridge, parameters.fit.floor)
+        .ok_or_else(|| problem("an emission cannot be fitted to a segment"))
+}
+
+/// The steps of each segment; `context` says what each is about.
+pub(super) fn steps(frames: &Frames, history: &History, context: impl Fn(usize, &Segment) -> usize) -> Vec<Vec<Step>> {
+    let states = history.segments.iter().skip(1).map(|segment| &segment.start).chain([&history.final_state]);
+    let segments = history.segments.iter().zip(states).enumerate();
+    segments.map(|(index, (segment, after))| frames.steps(segment, context(index, segment), after)).collect()
+}
+
+impl Automaton {
+    /// The model of an automaton, emissions fitted to the segments of each node, and the sequences of its histories. Terminations and entries
+    /// are even: the first EM learns them.
+    pub(super) fn of(
+        task: &TaskModel<KeyframeLearner>,
+        retired: &Retired,
+        frames: &Frames,
+        parameters: &ItmcdParameters,
+    ) -> Result<(Self, Vec<Sequence>), SituError> {
+        // A segment has its node's context, whatever its own last keyframe says: the history has placed it there.
+        let mut contexts = BTreeMap::new();
+        for (id, node) in task.nodes() {
+            let first = node.policy_segments.first().ok_or(SituError::UnknownNode(id))?;
+            contexts.insert(id, frames.context(task.segment(*first)));
+        }
+        let mut all_steps: Vec<Vec<Vec<Step>>> = Vec::new();
+        for history in task.histories() {
+            let own = |index: usize, _: &Segment| history.nodes.get(index).and_then(|id| contexts.get(id)).copied();
+            all_steps.push(steps(frames, history, |index, segment| own(index, segment).unwrap_or(usize::MAX)));
+        }
+        let mut phases: Vec<Phase> = Vec::new();
+        let mut versions: BTreeMap<NodeId, Vec<usize>> = BTreeMap::new();
+        for (slot, (id, node)) in task.nodes().enumerate() {
+            let context = contexts[&id];
+            let old = retired.get(&id).into_iter().flatten();
+            let groups: Vec<&BTreeSet<SegmentId>> = old.chain([&node.policy_segments]).collect();
+            for group in &groups {
+                let shown: Vec<&Step> = group
+                    .iter()
+                    .flat_map(|segment| &all_steps[segment.demonstration as usize][segment.index as usize])
+                    .collect();
+                // A version runs where a segment of its own is, and the current one wherever no older one does: in what comes next, too.
+                let runs = |group: &BTreeSet<SegmentId>, sequence: u32| {
+                    group.iter().any(|segment| segment.demonstration == sequence)
+                };
+                let is_current = std::ptr::eq(*group, &node.policy_segments);
+                let is_absent = |sequence: &u32| {
+                    let elsewhere = groups.iter().any(|other| runs(other, *sequence));
+                    !runs(group, *sequence) && (elsewhere || !is_current)
+                };
+                let absent = (0..=all_steps.len() as u32).filter(is_absent).map(|sequence| sequence as usize).collect();
+                let emission = emission(&shown, parameters)?;
+                versions.entry(id).or_default().push(phases.len());
+                phases.push(Phase { context, emission, exit: slot, entry: slot, absent });
+            }
+        }
+        let size = task.len();
+        let model = Starhmm {
+            children: vec![Vec::new(); phases.len()],
+            phases,
+            first: Vec::new(),
+            exits: vec![vec![0.0]; size],
+            entries: vec![vec![0.0; frames.entry_width()]; size + 1],
+            end_entry: size,
+        };
+        let mut automaton = Self { model, versions, edges: BTreeSet::new() };
+        for (from, to) in task.edges() {
+            automaton.add_edge(from, to);
+        }
+        let sequence = |(history, steps): (&History, Vec<Vec<Step>>)| {
+            let origin = history.after.and_then(|segment| task.node_of(segment)).and_then(|id| automaton.current(id));
+            let entry_features = frames.entry_features(&history.segments[0].start);
+            Sequence { origin, entry_features, steps: steps.concat(), ends: history.carried_to_end }
+        };
+        let sequences = task.histories().iter().zip(all_steps).map(sequence).collect();
+        Ok((automaton, sequences))
+    }
+
+    /// The phase of a node as it is now.
+    pub(super) fn current(&self, id: NodeId) -> Option<usize> {
+        self.versions.get(&id)?.last().copied()
+    }
+
+    /// The phases that a place stands for; START has none.
+    fn phases_of(&self, place: Place) -> Vec<usize> {
+        match place {
+            Place::Start => Vec::new(),
+            Place::Node(id) => self.versions.get(&id).cloned().unwrap_or_default(),
+            Place::End => vec![END],
+        }
+    }
+
+    /// Permits a transition, between all versions of the two.
+    pub(super) fn add_edge(&mut self, from: Place, to: Place) {
+        if !self.edges.insert((from, to)) {
+            return;
+        }
+        let targets = self.phases_of(to);
+        if from == Place::Start {
+            self.model.first.extend(targets);
+        } else {
+            for phase in self.phases_of(from) {
+                self.model.children[phase].extend(&targets);
+            }
+        }
+    }
+
+    /// A phase for a node that is new, without edges.
+    pub(super) fn add_node(&mut self, id: NodeId, context: usize, emission: Emission) {
+        let phase = self.model.phases.len();
+        let (exit, entry) = (self.model.exits.len(), self.model.entries.len());
+        self.model.exits.push(vec![0.0; self.model.exits.first().map_or(0, Vec::len)]);
+        self.model.entries.push(vec![0.0; self.model.entries.first().map_or(0, Vec::len)]);
+        self.model.phases.push(Phase { context, emission, exit, entry, absent: BTreeSet::new() });
+        self.model.children.push(Vec::new());
+        self.versions.insert(id, vec![phase]);
+    }
+
+    /// A new version of a node, which alone runs in this sequence, and in no earlier one; it ends and is entered as the old one.
+    pub(super) fn add_version(&mut self, id: NodeId, emission: Emission, sequence: usize) {
+        let Some(old) = self.current(id) else { return };
+        let new = self.model.phases.len();
+        let mut phase = Phase { emission, ..self.model.phases[old].clone() };
+        phase.absent.extend(0..sequence);
+        self.model.phases[old].absent.insert(sequence);
+        self.model.phases.push(phase);
+        self.model.children.push(self.model.children[old].clone());
+        for children in self.model.children.iter_mut().chain([&mut self.model.first]) {
+            if children.contains(&old) {
+                children.push(new);
+            }
+        }
+        self.versions.entry(id).or_default().push(new);
+    }
+
+    /// How many of these contexts, one a segment, the structure can make in a row in a sequence after `origin`; one more where END can follow
+    /// the last of them.
+    pub(super) fn reach(&self, origin: Option<usize>, sequence: usize, contexts: &[usize]) -> usize {
+        let mut here: BTreeSet<Option<usize>> = BTreeSet::from([origin]);
+        for (index, context) in contexts.iter().enumerate() {
+            let next = here.iter().flat_map(|from| self.model.options(*from, sequence, index > 0));
+            let next = next.filter(|to| *to != END && self.model.phases[*to].context == *context);
+            let next: BTreeSet<Option<usize>> = next.map(Some).collect();
+            if next.is_empty() {
+                return index;
+            }
+            here = next;
+        }
+        let is_over = here.iter().any(|from| self.model.options(*from, sequence, true).any(|to| to == END));
+        contexts.len() + usize::from(is_over)
+    }
+
+    /// The node of a phase.
+    pub(super) fn node_of(&self, phase: usize) -> Option<NodeId> {
+        self.versions.iter().find(|(_, phases)| phases.contains(&phase)).map(|(id, _)| *id)
+    }
+}

@@ -1,0 +1,151 @@
+//! From segments to the steps of a STARHMM.
+//!
+//! A segment becomes a fixed number of points, uniform in arc length, relative to its reference object as everywhere else (decision D0b): a
+//! rigid change of frame keeps densities comparable between objects. A point is the hand's position and two points at a tenth of a metre along
+//! its axes, which turn with it without a jump: nine coordinates in centimetres, of which those that vary most over all data are kept; what
+//! changes in another alone is not seen. It is regressed on
+//! (1, u, u²), u the share of the arc length behind it: the action a_t of the STARHMM, which is how far the motion was told to go. The state
+//! of the world, which is seen once a segment only, decides what is entered. The object, and whether the hand leaves it closed (D6b), is the context.
+//!
+//! Interpolated points are not independent: ten of them stand for three to five keyframes, so evidence is counted two to three times. The
+//! floor of the variance, (2 cm)², bounds what that does.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use super::parameters::{ItmcdParameters, Lag};
+use super::starhmm::Step;
+use crate::demonstration::{Gripper, Pose, Segment, State};
+use crate::keyframe::interpolate::resample;
+
+/// The unit of a coordinate, metres.
+pub const UNIT: f64 = 0.01;
+/// The length that a radian counts, metres (decision D5).
+const METRES_PER_RADIAN: f64 = 0.1;
+/// Coordinates of a pose before the projection.
+const COORDINATES: usize = 9;
+
+/// How a world is seen: contexts, and what is projected to.
+pub(super) struct Frames {
+    contexts: BTreeMap<(Arc<str>, bool), usize>,
+    coordinates: Vec<usize>,
+    features: Vec<usize>,
+    scales: Vec<f64>,
+    points: usize,
+    lag: Lag,
+}
+
+impl Frames {
+    /// A view of these segments and states; `scales`: one a feature.
+    pub(super) fn new(
+        segments: &[&Segment],
+        states: &[&State],
+        scales: Vec<f64>,
+        parameters: &ItmcdParameters,
+    ) -> Self {
+        let keys: BTreeSet<_> = segments.iter().map(|segment| key(segment)).collect();
+        let points: Vec<Vec<f64>> =
+            segments.iter().flat_map(|segment| path(segment, parameters.points)).map(|point| point.to_vec()).collect();
+        let states: Vec<Vec<f64>> = states
+            .iter()
+            .map(|state| state.values().iter().zip(&scales).map(|(value, scale)| value / scale).collect())
+            .collect();
+        let mut coordinates = most_varied(&points, parameters.coordinates);
+        if coordinates.is_empty() {
+            // Where the hand stands still everywhere, one coordinate is as good as another; a phase needs one.
+            coordinates.push(0);
+        }
+        Self {
+            contexts: keys.into_iter().zip(0..).collect(),
+            coordinates,
+            features: most_varied(&states, parameters.features),
+            scales,
+            points: parameters.points,
+            lag: parameters.lag,
+        }
+    }
+
+    /// The context of a segment.
+    pub(super) fn context(&self, segment: &Segment) -> usize {
+        self.contexts.get(&key(segment)).copied().unwrap_or(self.contexts.len())
+    }
+
+    /// ψ: 1, and the features that are kept, in their scales.
+    pub(super) fn entry_features(&self, state: &State) -> Vec<f64> {
+        let kept = self.features.iter().map(|index| state.values()[*index] / self.scales[*index]);
+        std::iter::once(1.0).chain(kept).collect()
+    }
+
+    /// The number of ψ.
+    pub(super) fn entry_width(&self) -> usize {
+        1 + self.features.len()
+    }
+
+    /// The steps of a segment as one of this context; `after` is the state that it reached. Its phase ends at the last alone, for the segmentation is
+    /// known and an automaton runs whole primitives; φ is a constant.
+    pub(super) fn steps(&self, segment: &Segment, context: usize, after: &State) -> Vec<Step> {
+        let entry_features = self.entry_features(after);
+        let last = self.points - 1;
+        let mut before: Option<Vec<f64>> = None;
+        path(segment, self.points)
+            .into_iter()
+            .enumerate()
+            .map(|(index, point)| {
+                let target: Vec<f64> = self.coordinates.iter().map(|axis| point[*axis]).collect();
+                let share = index as f64 / last as f64;
+                let mut regressors = vec![1.0, share, share * share];
+                if self.lag == Lag::One {
+                    // The first point of a segment has none before it in the frame of the same object.
+                    regressors.push(if before.is_none() { 1.0 } else { 0.0 });
+                    regressors.extend(before.take().unwrap_or_else(|| vec![0.0; target.len()]));
+                }
+                before = Some(target.clone());
+                Step {
+                    context,
+                    regressors,
+                    target,
+                    can_end: index == last,
+                    exit_features: vec![1.0],
+                    entry_features: entry_features.clone(),
+                }
+            })
+            .collect()
+    }
+}
+
+/// The reference object, and whether the hand is closed at the end.
+fn key(segment: &Segment) -> (Arc<str>, bool) {
+    let last = segment.keyframes.last().map(|keyframe| keyframe.gripper);
+    (segment.reference.clone(), matches!(last, Some(Gripper::Close(_))))
+}
+
+/// The points of a segment, [`UNIT`].
+fn path(segment: &Segment, points: usize) -> Vec<[f64; COORDINATES]> {
+    let poses: Vec<Pose> = segment.keyframes.iter().map(|keyframe| keyframe.pose).collect();
+    let arm = |pose: &Pose, axis: Vector3<f64>| pose.rotation * (axis * METRES_PER_RADIAN);
+    resample(&poses, points, METRES_PER_RADIAN)
+        .iter()
+        .map(|pose| {
+            let (position, x, z) = (pose.translation.vector, arm(pose, Vector3::x()), arm(pose, Vector3::z()));
+            [position.x, position.y, position.z, x.x, x.y, x.z, z.x, z.y, z.z].map(|metres| metres / UNIT)
+        })
+        .collect()
+}
+
+/// The indices, in order, of so many columns with the greatest variance: the first where two tie, and none that does not vary.
+fn most_varied(rows: &[Vec<f64>], count: usize) -> Vec<usize> {
+    let width = rows.first().map_or(0, Vec::len);
+    let size = rows.len() as f64;
+    let variance = |column: usize| {
+        let mean = rows.iter().map(|row| row[column]).sum::<f64>() / size;
+        rows.iter().map(|row| (row[column] - mean) * (row[column] - mean)).sum::<f64>() / size
+    };
+    let mut columns: Vec<(f64, usize)> = (0..width).map(|column| (variance(column), column)).collect();
+    columns.sort_by(|left, right| right.0.total_cmp(&left.0).then(left.1.cmp(&right.1)));
+    let mut kept: Vec<usize> =
+        columns.into_iter().filter(|(variance, _)| *variance > 0.0).take(count).map(|(_, column)| column).collect();
+    kept.sort_unstable();
+    kept
+}

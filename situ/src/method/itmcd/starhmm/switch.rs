@@ -1,0 +1,152 @@
+//! The M-steps of termination and entry: logistic regressions with soft labels, never allowed to lower what EM climbs.
+
+use super::log_sigmoid;
+use crate::keyframe::hmm::log_sum_exp;
+use crate::keyframe::logistic::{cholesky, dot};
+
+/// Newton steps an M-step: EM comes back, so a few that improve are as good as a minimum.
+const NEWTON_STEPS: usize = 2;
+/// Halvings of a step at most; then the old weights stay.
+const HALVINGS: usize = 12;
+
+/// What a termination saw: φ, Σ_j ξ(i, j ≠ i), ξ(i, i).
+pub(super) type Exit<'a> = (&'a [f64], f64, f64);
+
+/// A choice between children: their indices of v, ψ, and the weight of each.
+pub(super) struct Choice<'a> {
+    pub(super) entries: Vec<usize>,
+    pub(super) features: &'a [f64],
+    pub(super) weights: Vec<f64>,
+}
+
+/// Improves w by Newton's method on the ridge objective; a step is taken only where the expected log-likelihood itself does not fall.
+/// Returns the steps that were solved.
+pub(super) fn improve_exit(weights: &mut Vec<f64>, seen: &[Exit<'_>], ridge: f64) -> usize {
+    if seen.is_empty() {
+        return 0;
+    }
+    let size = weights.len();
+    let expected = |weights: &[f64]| -> f64 {
+        let terms = seen.iter().map(|(features, ends, stays)| {
+            let odds = dot(weights, features);
+            ends * log_sigmoid(odds) + stays * log_sigmoid(-odds)
+        });
+        terms.sum()
+    };
+    for step in 1..=NEWTON_STEPS {
+        let mut gradient: Vec<f64> = weights.iter().map(|weight| -ridge * weight).collect();
+        let mut hessian = diagonal(size, ridge);
+        for (features, ends, stays) in seen {
+            let probability = libm::exp(log_sigmoid(dot(weights, features)));
+            let slope = ends - (ends + stays) * probability;
+            let curvature = (ends + stays) * probability * (1.0 - probability);
+            add(&mut gradient, &mut hessian, (0, 0), features, slope, curvature);
+        }
+        if !climb(weights, gradient, hessian, expected) {
+            return step;
+        }
+    }
+    NEWTON_STEPS
+}
+
+/// Improves all v at once, in the same way.
+pub(super) fn improve_entries(entries: &mut [Vec<f64>], choices: &[Choice<'_>], ridge: f64) -> usize {
+    let Some(width) = entries.first().map(Vec::len).filter(|_| !choices.is_empty()) else { return 0 };
+    // Only a v that stands beside another can be learned; the others stay out of the equations.
+    let mut slot = vec![None; entries.len()];
+    let mut used = Vec::new();
+    for entry in choices.iter().flat_map(|choice| &choice.entries) {
+        if slot[*entry].is_none() {
+            slot[*entry] = Some(used.len());
+            used.push(*entry);
+        }
+    }
+    let position = |entry: &usize| slot[*entry].unwrap_or_default() * width;
+    let mut weights: Vec<f64> = used.iter().flat_map(|entry| entries[*entry].iter().copied()).collect();
+    let logs = |weights: &[f64], choice: &Choice<'_>| -> Vec<f64> {
+        let score = |entry: &usize| dot(&weights[position(entry)..position(entry) + width], choice.features);
+        let scores: Vec<f64> = choice.entries.iter().map(score).collect();
+        let total = log_sum_exp(scores.iter().copied());
+        scores.into_iter().map(|score| score - total).collect()
+    };
+    let expected = |weights: &[f64]| -> f64 {
+        let of = |choice: &Choice<'_>| {
+            let terms = choice.weights.iter().zip(logs(weights, choice)).filter(|(weight, _)| **weight > 0.0);
+            terms.map(|(weight, log)| weight * log).sum::<f64>()
+        };
+        choices.iter().map(of).sum()
+    };
+    let mut steps = 0;
+    while steps < NEWTON_STEPS {
+        steps += 1;
+        let mut gradient: Vec<f64> = weights.iter().map(|weight| -ridge * weight).collect();
+        let mut hessian = diagonal(weights.len(), ridge);
+        for choice in choices {
+            let total: f64 = choice.weights.iter().sum();
+            let probabilities: Vec<f64> = logs(&weights, choice).into_iter().map(libm::exp).collect();
+            for (index, entry) in choice.entries.iter().enumerate() {
+                let slope = choice.weights[index] - total * probabilities[index];
+                for (other, to) in choice.entries.iter().enumerate() {
+                    let own = if other == index { 1.0 } else { 0.0 };
+                    let curvature = total * probabilities[index] * (own - probabilities[other]);
+                    let at = (position(entry), position(to));
+                    let slope = if other == index { slope } else { 0.0 };
+                    add(&mut gradient, &mut hessian, at, choice.features, slope, curvature);
+                }
+            }
+        }
+        if !climb(&mut weights, gradient, hessian, expected) {
+            break;
+        }
+    }
+    for (entry, own) in used.iter().zip(weights.chunks_exact(width)) {
+        entries[*entry].copy_from_slice(own);
+    }
+    steps
+}
+
+fn diagonal(size: usize, value: f64) -> Vec<f64> {
+    let mut matrix = vec![0.0; size * size];
+    for index in 0..size {
+        matrix[index * size + index] = value;
+    }
+    matrix
+}
+
+/// Adds `slope` · φ to the gradient at the block's row, `curvature` · φ φᵀ to the Hessian's block.
+fn add(
+    gradient: &mut [f64],
+    hessian: &mut [f64],
+    (row, column): (usize, usize),
+    features: &[f64],
+    slope: f64,
+    curvature: f64,
+) {
+    let size = gradient.len();
+    for (index, feature) in features.iter().enumerate() {
+        gradient[row + index] += slope * feature;
+        for (other, to) in features.iter().enumerate() {
+            hessian[(row + index) * size + column + other] += curvature * feature * to;
+        }
+    }
+}
+
+/// One Newton step, halved until `expected` does not fall; false where none will do.
+fn climb(weights: &mut Vec<f64>, mut step: Vec<f64>, mut hessian: Vec<f64>, expected: impl Fn(&[f64]) -> f64) -> bool {
+    let size = weights.len();
+    if size == 0 || !cholesky::factor(&mut hessian, size) {
+        return false;
+    }
+    cholesky::solve(&hessian, size, &mut step);
+    let before = expected(weights);
+    let mut length = 1.0;
+    for _ in 0..HALVINGS {
+        let there: Vec<f64> = weights.iter().zip(&step).map(|(weight, step)| weight + length * step).collect();
+        if expected(&there) >= before {
+            *weights = there;
+            return true;
+        }
+        length *= 0.5;
+    }
+    false
+}

@@ -1,0 +1,35 @@
+//! AICc and Akaike weights, by hand.
+
+use situ::method::itmcd::criterion::{akaike_weights, corrected_akaike};
+
+#[test]
+fn the_criterion_is_what_the_hand_computes() {
+    // 2·3 + 2·10 + 2·3·4/(20 − 3 − 1) = 6 + 20 + 1.5
+    assert_eq!(corrected_akaike(-10.0, 3, 20), Some(27.5));
+    // 2·1 − 2·4 + 2·1·2/(4 − 1 − 1) = 2 − 8 + 2
+    assert_eq!(corrected_akaike(4.0, 1, 4), Some(-4.0));
+    assert_eq!(corrected_akaike(-7.0, 0, 2), Some(14.0));
+    assert_eq!(corrected_akaike(f64::NEG_INFINITY, 3, 20), Some(f64::INFINITY));
+}
+
+#[test]
+fn too_many_parameters_are_refused() {
+    for parameters in 0..40 {
+        for observations in 0..40 {
+            let defined = corrected_akaike(-1.0, parameters, observations).is_some();
+            assert_eq!(defined, observations > parameters + 1, "k {parameters}, n {observations}");
+        }
+    }
+}
+
+#[test]
+fn weights_are_relative_likelihoods() {
+    // Δ = 0, 2 ln 2, 2 ln 4: supports 1, 1/2, 1/4.
+    let criteria =
+        [Some(10.0), Some(10.0 + 2.0 * 2_f64.ln()), None, Some(10.0 + 2.0 * 4_f64.ln()), Some(f64::INFINITY)];
+    for (found, expected) in akaike_weights(&criteria).iter().zip([4.0 / 7.0, 2.0 / 7.0, 0.0, 1.0 / 7.0, 0.0]) {
+        assert!((found - expected).abs() < 1e-15, "{found} {expected}");
+    }
+    assert_eq!(akaike_weights(&[None, Some(f64::INFINITY)]), [0.0, 0.0]);
+    assert!(akaike_weights(&[]).is_empty());
+}
