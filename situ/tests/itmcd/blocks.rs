@@ -3,11 +3,13 @@
 //! A state is each block's place and whether it is held, and whether a lid is on the bins. What a skill does to the world is written down, not
 //! simulated; the table is laid anew for every demonstration.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+
 use situ::correction::Correction;
 use situ::demonstration::{Demonstration, Feature, Gripper, Keyframe, Kind, Pose, Schema, State};
 use situ::edit::{Edit, difference};
@@ -411,6 +413,15 @@ fn what_is_too_large_for_the_data_is_refused_and_said() {
         assert_eq!((evaluation.criterion, evaluation.log_likelihood), (None, None));
     }
     assert_eq!(task.to_json()["rounds"][0]["evaluations"].as_array().unwrap().len(), round.evaluations.len());
+    // What was refused was shown all the same: the next is the third demonstration, not the second.
+    let more = originals(8, 9, 0.005);
+    let keyframes: Vec<Keyframe> = more.iter().flat_map(|shown| shown.keyframes().iter().cloned()).collect();
+    let segments = 1 + keyframes.windows(2).filter(|pair| pair[0].reference != pair[1].reference).count();
+    let long = Demonstration::new("long", Kind::Corrective, &schema(), keyframes, more[7].final_state().clone(), true);
+    assert_eq!(task.correct(Correction::after(Place::Start, &long.unwrap())).unwrap().steps.len(), segments);
+    let graph = task.graph();
+    let shown: BTreeSet<u32> = graph.holders().keys().map(|segment| segment.demonstration).collect();
+    assert_eq!(shown, BTreeSet::from([0, 2]));
 }
 
 /// What was modified is what the node does now: the same correction once more needs nothing, and the weights say so.

@@ -37,6 +37,9 @@ pub struct ItmcdTask {
     parameters: ItmcdParameters,
     retired: Retired,
     rounds: Vec<Round>,
+    /// How many demonstrations the model held at each correction that was refused: those are in none of its histories, and still count where
+    /// its graph names a segment.
+    refused: Vec<u32>,
 }
 
 impl ItmcdTask {
@@ -61,6 +64,7 @@ impl ItmcdTask {
             parameters,
             retired: Retired::new(),
             rounds: Vec::new(),
+            refused: Vec::new(),
         })
     }
 
@@ -190,10 +194,11 @@ impl Learned for ItmcdTask {
         let shown = History::new(demonstration, by_reference_object(demonstration), after);
         let mut counters = Counters::default();
         let plan = self.plan(last, &shown, &mut counters)?;
-        let mut trace = match &plan.nodes {
-            Some(nodes) => self.fold(last, shown, &plan, nodes)?,
-            None => Trace::default(),
-        };
+        let mut trace = Trace::default();
+        match &plan.nodes {
+            Some(nodes) => trace = self.fold(last, shown, &plan, nodes)?,
+            None => self.refused.push(self.model.histories().len() as u32),
+        }
         // The search is the work of the whole correction, not of a segment.
         trace.counters += counters;
         self.rounds = plan.rounds;
@@ -215,7 +220,12 @@ impl Learned for ItmcdTask {
     }
 
     fn graph(&self) -> Graph {
-        Graph::of(&self.model, &self.learner)
+        let mut graph = Graph::of(&self.model, &self.learner);
+        for segment in graph.nodes.iter_mut().flat_map(|node| &mut node.segments) {
+            let held = segment.demonstration;
+            segment.demonstration += self.refused.iter().filter(|at| **at <= held).count() as u32;
+        }
+        graph
     }
 
     fn boxed(&self) -> Box<dyn Learned> {
@@ -223,6 +233,8 @@ impl Learned for ItmcdTask {
     }
 
     fn to_json(&self) -> serde_json::Value {
-        serde_json::json!({ "model": &self.model, "retired": &self.retired, "rounds": &self.rounds })
+        serde_json::json!({
+            "model": &self.model, "retired": &self.retired, "rounds": &self.rounds, "refused": &self.refused,
+        })
     }
 }
