@@ -4,7 +4,9 @@ use std::time::Instant;
 
 use situ::correction::Correction;
 use situ::edit::{Edit, difference};
+use situ::error::SituError;
 use situ::method::{Learned, Method};
+use situ::trace::Trace;
 
 use crate::error::BenchError;
 use crate::record::{Cost, count};
@@ -15,6 +17,15 @@ pub fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     let start = Instant::now();
     let result = work();
     (result, start.elapsed().as_secs_f64())
+}
+
+/// One correction, by itself in a function that is never inlined: callgrind counts what happens between its call and its return.
+///
+/// # Errors
+/// Where the method refuses the correction.
+#[inline(never)]
+pub fn corrected(learned: &mut dyn Learned, correction: Correction<'_>) -> Result<Trace, SituError> {
+    learned.correct(correction)
 }
 
 /// A synthetic automaton and the task model that a method learned of it: what updates are measured on.
@@ -51,24 +62,28 @@ impl Subject {
         &*self.learned
     }
 
-    /// What one correction of this edit costs; the seed of the automaton draws where. The model stays as it was.
+    /// What one correction of this edit costs, as a record of a series of a protocol; the seed of the automaton draws where. The model stays
+    /// as it was.
     ///
     /// # Errors
     /// Where the correction cannot be learned.
-    pub fn measure(&self, protocol: &str, edit: Edit) -> Result<Cost, BenchError> {
-        let Parameters { nodes, seed, .. } = *self.automaton.parameters();
+    pub fn measure(&self, protocol: &str, series: &str, edit: Edit) -> Result<Cost, BenchError> {
+        let Parameters { nodes, originals, seed, .. } = *self.automaton.parameters();
         let planted = self.automaton.plant(edit, seed)?;
         let before = self.learned.graph();
         let last = planted.last(&before);
         let last =
             last.ok_or_else(|| BenchError::Argument(format!("`{}` holds no segment of an original", self.method)))?;
         let mut learned = self.learned.boxed();
-        let (trace, update_seconds) = timed(|| learned.correct(Correction::after(last, &planted.demonstration)));
+        let (trace, update_seconds) =
+            timed(|| corrected(&mut *learned, Correction::after(last, &planted.demonstration)));
         let trace = trace?;
         Ok(Cost {
             protocol: protocol.to_owned(),
+            series: series.to_owned(),
             method: self.method.to_owned(),
             nodes: count(nodes),
+            originals: count(originals),
             edit,
             seed,
             applicable: trace.steps.iter().map(|step| count(step.applicable)).collect(),
@@ -78,12 +93,4 @@ impl Subject {
             update_seconds,
         })
     }
-}
-
-/// What one correction costs a method on a synthetic automaton of `nodes` nodes, |Z| held fixed.
-///
-/// # Errors
-/// As [`Subject::teach`] and [`Subject::measure`].
-pub fn measure(protocol: &str, method: &dyn Method, nodes: usize, edit: Edit, seed: u64) -> Result<Cost, BenchError> {
-    Subject::teach(method, Parameters::of(nodes, seed))?.measure(protocol, edit)
 }

@@ -106,6 +106,22 @@ pub enum BenchError {
         /// The names of the records.
         runs: Vec<String>,
     },
+    /// A file that is no update-cost baseline.
+    #[error("{}:{line}: {problem}", path.display())]
+    Baseline {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: usize,
+        /// What is wrong, and what was expected.
+        problem: String,
+    },
+    /// Instructions that could not be counted.
+    #[error("valgrind: {problem}")]
+    Valgrind {
+        /// What it says.
+        problem: String,
+    },
     /// The user stopped the program.
     #[error("interrupted: every finished run is in the ledger; go on with --resume")]
     Interrupted,
@@ -135,7 +151,7 @@ impl BenchError {
     /// The program's exit status: 1 where the machine failed, 2 where the input was bad.
     pub fn exit_status(&self) -> u8 {
         match self {
-            Self::Write { .. } | Self::Record { .. } | Self::Differs { .. } => 1,
+            Self::Write { .. } | Self::Record { .. } | Self::Differs { .. } | Self::Valgrind { .. } => 1,
             // 128 + SIGINT, as shells have it.
             Self::Interrupted | Self::Stopped => 130,
             _ => 2,

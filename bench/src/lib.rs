@@ -9,6 +9,7 @@
 //! How to add a method, a task, a teacher or a table: [`extending`]; a task from nothing, step by step: [`tutorial`].
 
 pub mod archive;
+pub mod baseline;
 pub mod cmd;
 pub mod correction;
 pub mod cost;
@@ -18,6 +19,7 @@ pub mod evaluation;
 #[doc = include_str!("../docs/extending.md")]
 pub mod extending {}
 pub mod files;
+pub mod instructions;
 mod json_lines;
 pub mod ledger;
 pub mod lesson;

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use situ_bench::cmd::{check::Check, learn::Learn, list::List, run::Run, show::Show, tables::Tables};
+use situ_bench::cmd::{check::Check, cost::Cost, learn::Learn, list::List, run::Run, show::Show, tables::Tables};
 use situ_bench::error::BenchError;
 
 /// The benchmark of learning from corrective demonstrations: task models as automata of primitives, and what it takes and
@@ -28,6 +28,7 @@ struct Arguments {
 enum Verb {
     Run(Run),
     Check(Check),
+    Cost(Cost),
     List(List),
     Tables(Tables),
     Learn(Learn),
@@ -41,6 +42,13 @@ fn main() -> ExitCode {
         Verb::Check(check) => match check.run() {
             Ok(checked) => match print(&checked.text) {
                 Ok(()) if !checked.is_sound => return ExitCode::FAILURE,
+                printed => printed,
+            },
+            Err(error) => Err(error),
+        },
+        Verb::Cost(cost) => match cost.run() {
+            Ok(costed) => match print(&costed.text) {
+                Ok(()) if !costed.is_sound => return ExitCode::FAILURE,
                 printed => printed,
             },
             Err(error) => Err(error),

@@ -6,6 +6,7 @@ use serde::Deserialize;
 use situ::keyframe::policy::Execution;
 
 use crate::error::BenchError;
+use crate::synthetic::{Applicable, Parameters};
 
 /// How many demonstrations may be given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
@@ -21,16 +22,37 @@ pub struct Budget {
     pub from_scratch: u32,
 }
 
-/// The update-cost part: synthetic automata, no physics.
+/// A series of measurements of update cost on synthetic automata, no physics: one thing varies, the rest is held.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct CostSuite {
+pub struct CostSeries {
+    /// Its name: what it varies.
+    pub series: String,
     /// Methods whose updates are measured.
     pub methods: Vec<String>,
-    /// Sizes of the automata.
+    /// Sizes of the automata, in nodes.
     pub nodes: Vec<u32>,
+    /// Numbers of original demonstrations.
+    #[serde(default = "CostSeries::usual_originals")]
+    pub originals: Vec<u32>,
+    /// How many kinds of state there are: |Z| then grows with the automaton. |Z| is held fixed where this is not given.
+    #[serde(default)]
+    pub cells: Option<u32>,
     /// Draws of each.
     pub seeds: u64,
+}
+
+impl CostSeries {
+    fn usual_originals() -> Vec<u32> {
+        vec![3]
+    }
+
+    /// The automata of a size and a number of originals.
+    pub fn parameters(&self, nodes: u32, originals: u32, seed: u64) -> Parameters {
+        let usual = Parameters::of(nodes as usize, seed);
+        let applicable = self.cells.map_or(usual.applicable, |cells| Applicable::Free(cells as usize));
+        Parameters { originals: originals as usize, applicable, ..usual }
+    }
 }
 
 /// A protocol.
@@ -67,7 +89,7 @@ pub struct Protocol {
     pub budget: Budget,
     /// The update-cost part, where there is one.
     #[serde(default)]
-    pub cost: Option<CostSuite>,
+    pub cost: Vec<CostSeries>,
     /// The text it was read from.
     #[serde(skip)]
     pub source: String,
@@ -154,12 +176,23 @@ impl Protocol {
             [("tasks", &protocol.tasks), ("teachers", &protocol.teachers), ("methods", &protocol.methods)]
         {
             // A protocol of update cost alone has no task.
-            if list.is_empty() && !(key == "tasks" && protocol.cost.is_some()) {
+            if list.is_empty() && !(key == "tasks" && !protocol.cost.is_empty()) {
                 return refuse(key, "at least one name");
             }
         }
-        if protocol.cost.as_ref().is_some_and(|cost| cost.nodes.iter().any(|nodes| *nodes < 10)) {
+        let mut series: Vec<&str> = protocol.cost.iter().map(|cost| cost.series.as_str()).collect();
+        series.sort_unstable();
+        if series.windows(2).any(|pair| pair[0] == pair[1]) {
+            return refuse("cost.series", "a name that no other series has");
+        }
+        if protocol.cost.iter().any(|cost| cost.nodes.iter().any(|nodes| *nodes < 10)) {
             return refuse("cost.nodes", "sizes of 10 or more");
+        }
+        if protocol.cost.iter().any(|cost| cost.originals.iter().any(|originals| *originals < 2)) {
+            return refuse("cost.originals", "two or more: the second leaves the optional nodes out");
+        }
+        if protocol.cost.iter().any(|cost| cost.cells.is_some_and(|cells| cells < 5)) {
+            return refuse("cost.cells", "5 or more: neighbours must look different");
         }
         protocol.source = text.to_owned();
         Ok(protocol)

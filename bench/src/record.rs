@@ -67,12 +67,16 @@ pub enum Identity {
     Cost {
         /// The protocol.
         protocol: String,
+        /// The series of the protocol.
+        series: String,
         /// The method.
         method: String,
         /// The edit that was planted.
         edit: Edit,
         /// Nodes of the automaton.
         nodes: u32,
+        /// Its original demonstrations.
+        originals: u32,
         /// The seed of the automaton.
         seed: u64,
     },
@@ -88,8 +92,11 @@ impl fmt::Display for Identity {
                 }
                 write!(formatter, ", {teacher}, {method}, seed {seed}")
             }
-            Self::Cost { protocol, method, edit, nodes, seed } => {
-                write!(formatter, "{protocol}, cost of {edit} at {nodes} nodes, {method}, seed {seed}")
+            Self::Cost { protocol, series, method, edit, nodes, originals, seed } => {
+                write!(
+                    formatter,
+                    "{protocol}, {series}, cost of {edit} at {nodes} nodes and {originals} originals, {method}, seed {seed}"
+                )
             }
         }
     }
@@ -309,10 +316,14 @@ pub struct Run {
 pub struct Cost {
     /// The protocol.
     pub protocol: String,
+    /// The series of the protocol.
+    pub series: String,
     /// The method.
     pub method: String,
     /// Nodes of the automaton before the update.
     pub nodes: u32,
+    /// Original demonstrations that taught it.
+    pub originals: u32,
     /// The edit that was planted.
     pub edit: Edit,
     /// The seed of the automaton and of the correction.
@@ -344,9 +355,11 @@ impl Record {
             Self::Run(run) => Identity::Run(run.key.clone()),
             Self::Cost(cost) => Identity::Cost {
                 protocol: cost.protocol.clone(),
+                series: cost.series.clone(),
                 method: cost.method.clone(),
                 edit: cost.edit,
                 nodes: cost.nodes,
+                originals: cost.originals,
                 seed: cost.seed,
             },
         }

@@ -16,7 +16,7 @@ use crate::cost::Subject;
 use crate::error::BenchError;
 use crate::ledger::Ledger;
 use crate::protocol::Protocol;
-use crate::record::{Identity, Key, Record};
+use crate::record::{Identity, Key, Record, count};
 use crate::session::{Surroundings, Taught};
 use crate::synthetic::Parameters;
 
@@ -45,9 +45,9 @@ pub struct Plan {
 
 /// Measurements of update cost that share an automaton.
 struct CostGroup {
+    series: String,
     method: Box<dyn Method>,
-    nodes: u32,
-    seed: u64,
+    parameters: Parameters,
 }
 
 /// Runs that share an original model.
@@ -147,17 +147,22 @@ impl Plan {
         let whole = [&filter.tasks, &filter.variations, &filter.sequences, &filter.teachers];
         let whole = whole.iter().all(|names| names.is_empty());
         let mut costs = Vec::new();
-        for suite in protocol.cost.iter().filter(|_| whole) {
+        for series in protocol.cost.iter().filter(|_| whole) {
             let known: Vec<String> = method::all().iter().map(|method| method.name().to_owned()).collect();
-            for name in chosen("method", &[], &suite.methods, &known)? {
+            for name in chosen("method", &[], &series.methods, &known)? {
                 if !filter.methods.is_empty() && !filter.methods.contains(name) {
                     continue;
                 }
-                for nodes in &suite.nodes {
-                    let seeds = first_seed..first_seed.saturating_add(suite.seeds);
-                    let groups =
-                        seeds.filter_map(|seed| Some(CostGroup { method: method::named(name)?, nodes: *nodes, seed }));
-                    costs.extend(groups);
+                for (nodes, originals) in series
+                    .nodes
+                    .iter()
+                    .flat_map(|nodes| series.originals.iter().map(move |originals| (nodes, originals)))
+                {
+                    for seed in first_seed..first_seed.saturating_add(series.seeds) {
+                        let Some(method) = method::named(name) else { continue };
+                        let parameters = series.parameters(*nodes, *originals, seed);
+                        costs.push(CostGroup { series: series.series.clone(), method, parameters });
+                    }
                 }
             }
         }
@@ -200,12 +205,15 @@ impl Plan {
         };
         // Costs first, one after another and nothing beside them: they are timed.
         for group in &self.costs {
+            let Parameters { nodes, originals, seed, .. } = group.parameters;
             let identity = |edit| Identity::Cost {
                 protocol: self.protocol.name.clone(),
+                series: group.series.clone(),
                 method: group.method.name().to_owned(),
                 edit,
-                nodes: group.nodes,
-                seed: group.seed,
+                nodes: count(nodes),
+                originals: count(originals),
+                seed,
             };
             let (finished, left): (Vec<Edit>, Vec<Edit>) =
                 Edit::ALL.into_iter().partition(|edit| done.contains(&identity(*edit)));
@@ -213,13 +221,13 @@ impl Plan {
             if left.is_empty() {
                 continue;
             }
-            progress.at(&format!("update cost, {}, {} nodes, seed {}", group.method.name(), group.nodes, group.seed));
-            let subject = Subject::teach(&*group.method, Parameters::of(group.nodes as usize, group.seed))?;
+            progress.at(&format!("update cost, {}, {}, {nodes} nodes, seed {seed}", group.series, group.method.name()));
+            let subject = Subject::teach(&*group.method, group.parameters)?;
             for edit in left {
                 if interrupted.load(Ordering::Relaxed) {
                     return Err(BenchError::Interrupted);
                 }
-                write(Record::Cost(subject.measure(&self.protocol.name, edit)?))?;
+                write(Record::Cost(subject.measure(&self.protocol.name, &group.series, edit)?))?;
             }
         }
         self.groups.par_iter().try_for_each(|group| {

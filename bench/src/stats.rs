@@ -109,10 +109,19 @@ pub fn paired_ratio(pairs: &[(f64, f64)], seed: u64) -> Option<Estimate> {
     })
 }
 
-/// The slope of ln y over ln x by least squares, with Student's 95 % interval of n − 2 degrees of freedom.
+/// y = factor · x^exponent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PowerLaw {
+    /// ln of the factor.
+    pub log_factor: f64,
+    /// The exponent: the slope of ln y over ln x.
+    pub exponent: Estimate,
+}
+
+/// A power law by least squares of ln y over ln x, the exponent with Student's 95 % interval of n − 2 degrees of freedom.
 ///
 /// `None` where there are fewer than three points, a coordinate is not above 0, or every x is the same.
-pub fn log_log_slope(points: &[(f64, f64)]) -> Option<Estimate> {
+pub fn power_law(points: &[(f64, f64)]) -> Option<PowerLaw> {
     let n = points.len();
     if n < 3 || points.iter().any(|(x, y)| !(*x > 0.0 && *y > 0.0)) {
         return None;
@@ -129,7 +138,8 @@ pub fn log_log_slope(points: &[(f64, f64)]) -> Option<Estimate> {
     let squares: f64 = logs.iter().map(|point| residual(point) * residual(point)).sum();
     let freedom = (n - 2) as f64;
     let half = StudentsT::new(0.0, 1.0, freedom).ok()?.inverse_cdf(TAILS.1) * libm::sqrt(squares / freedom / spread);
-    Some(Estimate { value, low: value - half, high: value + half })
+    let exponent = Estimate { value, low: value - half, high: value + half };
+    Some(PowerLaw { log_factor: y - value * x, exponent })
 }
 
 /// The interquartile mean of per-run scores pooled over tasks: a quarter of the values, rounded down, is left out at each
@@ -222,17 +232,18 @@ mod tests {
         }
     }
 
-    /// By hand: x = 1, e, e² and ln y = 0, 2, 1. Slope 0.5, residuals −0.5, 1, −0.5, its standard error √(1.5/2), and
+    /// By hand: x = 1, e, e² and ln y = 0, 2, 1. Slope 0.5 about the point (1, 1), residuals −0.5, 1, −0.5, its standard error √(1.5/2), and
     /// t(0.975, 1 degree of freedom) = tan(0.475 π).
     #[test]
     fn a_slope_by_hand() {
         let e = std::f64::consts::E;
-        let slope = log_log_slope(&[(1.0, 1.0), (e, e * e), (e * e, e)]).unwrap();
+        let PowerLaw { log_factor, exponent: slope } = power_law(&[(1.0, 1.0), (e, e * e), (e * e, e)]).unwrap();
         close(slope.value, 0.5);
+        close(log_factor, 0.5);
         let half = (0.475 * std::f64::consts::PI).tan() * 0.75_f64.sqrt();
         assert!((slope.high - 0.5 - half).abs() < 1e-6 && (0.5 - slope.low - half).abs() < 1e-6, "{slope:?}");
-        assert_eq!(log_log_slope(&[(1.0, 1.0), (2.0, 0.0), (3.0, 1.0)]), None);
-        assert_eq!(log_log_slope(&[(2.0, 1.0), (2.0, 2.0), (2.0, 3.0)]), None);
+        assert_eq!(power_law(&[(1.0, 1.0), (2.0, 0.0), (3.0, 1.0)]), None);
+        assert_eq!(power_law(&[(2.0, 1.0), (2.0, 2.0), (2.0, 3.0)]), None);
     }
 
     /// With two values the resampled mean is a, (a + b)/2 or b, with probabilities 1/4, 1/2, 1/4: so the interval is [a, b].
@@ -262,8 +273,10 @@ mod tests {
         #[test]
         fn a_power_law_has_its_exponent(exponent in -3.0..3.0_f64, unit in 0.01..100.0_f64) {
             let points: Vec<(f64, f64)> = (1..9).map(|x| (unit * f64::from(x), unit * f64::from(x).powf(exponent))).collect();
-            let slope = log_log_slope(&points).unwrap();
+            let law = power_law(&points).unwrap();
+            let slope = law.exponent;
             prop_assert!((slope.value - exponent).abs() < 1e-9 && slope.high - slope.low < 1e-6);
+            prop_assert!((law.log_factor - unit.ln() * (1.0 - exponent)).abs() < 1e-9);
         }
 
         /// The interval holds the estimate, mirrors when successes and failures change places, and shrinks with n.

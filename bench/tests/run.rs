@@ -35,7 +35,8 @@ originals = 2
 corrections = 1
 from_scratch = 1
 
-[cost]
+[[cost]]
+series = "nodes"
 methods = ["situ"]
 nodes = [10]
 seeds = 1

@@ -12,7 +12,7 @@ use situ::method;
 use situ_bench::cost::Subject;
 use situ_bench::ledger::Ledger;
 use situ_bench::record::{Cost, Record};
-use situ_bench::stats::log_log_slope;
+use situ_bench::stats::power_law;
 use situ_bench::synthetic::Parameters;
 
 /// Sizes at which every object has the same number of nodes, so that the work could be the same to the last count.
@@ -27,7 +27,7 @@ fn costs(name: &str) -> Vec<Cost> {
     for nodes in SIZES {
         for seed in 0..SEEDS {
             let subject = Subject::teach(&*method, Parameters::of(nodes, seed)).unwrap();
-            costs.extend(Edit::ALL.map(|edit| subject.measure("test", edit).unwrap()));
+            costs.extend(Edit::ALL.map(|edit| subject.measure("test", "nodes", edit).unwrap()));
         }
     }
     costs
@@ -42,7 +42,7 @@ fn the_work_of_an_update_does_not_grow_with_the_task_model() {
             .filter(|cost| cost.edit == edit)
             .map(|cost| (f64::from(cost.nodes), of(cost) as f64))
             .collect();
-        log_log_slope(&points)
+        power_law(&points).map(|law| law.exponent)
     };
     for edit in Edit::ALL {
         assert!(situ.iter().filter(|cost| cost.edit == edit).all(|cost| cost.edit_made == edit), "{edit}");
@@ -76,7 +76,8 @@ fn the_program_makes_tables_of_measured_costs() {
     for name in ["situ", "rebuild"] {
         for nodes in [10, 20, 40] {
             let method = method::named(name).unwrap();
-            let cost = situ_bench::cost::measure("test", &*method, nodes, Edit::NodeAddition, 1).unwrap();
+            let subject = Subject::teach(&*method, Parameters::of(nodes, 1)).unwrap();
+            let cost = subject.measure("test", "nodes", Edit::NodeAddition).unwrap();
             ledger.append(&Record::Cost(cost)).unwrap();
         }
     }
@@ -93,7 +94,7 @@ fn the_program_makes_tables_of_measured_costs() {
     let mut names: Vec<_> =
         fs::read_dir(folder.path().join("tables")).unwrap().map(|file| file.unwrap().file_name()).collect();
     names.sort();
-    let t4 = ["t4.md", "t4_physics.csv", "t4_scaling.csv", "t4_slopes.csv"];
+    let t4 = ["t4.md", "t4_crossover.csv", "t4_physics.csv", "t4_scaling.csv", "t4_slopes.csv"];
     let expected: Vec<_> = ["methods.csv", "methods.md", "t1.csv", "t1.md", "t2.csv", "t2.md", "t3.csv", "t3.md"]
         .into_iter()
         .chain(t4)

@@ -1,6 +1,7 @@
 //! The program's sub-commands, one a file: the arguments, and what they do. Each returns what is to be printed.
 
 pub mod check;
+pub mod cost;
 pub mod learn;
 pub mod library;
 pub mod list;

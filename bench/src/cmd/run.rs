@@ -20,7 +20,7 @@ use crate::runner::{Filter, Plan, Progress};
 use crate::tables::Kind;
 
 /// Runs a protocol: teaches tasks, changes them, corrects the models, and compares the methods.
-#[derive(Args, Clone, Debug)]
+#[derive(Args, Clone, Debug, Default)]
 #[command(
     after_long_help = "Every finished run is one line of DIR/ledger.jsonl, written as it finishes; an interrupted run goes on with --resume. At the end
 the ledger is put in order and its tables are written beside it. The same seed gives the same records, but for the times,
@@ -100,6 +100,20 @@ impl Run {
     pub fn run(&self) -> Result<String, BenchError> {
         let protocol = Protocol::find(&self.protocol)?;
         let protocol = if self.library.plant == Carrier::Hand { protocol.without_arm() } else { protocol };
+        let expected = self.check.as_ref().map(|folder| ledger::read(&folder.join(LEDGER))).transpose()?;
+        let (records, mut printed) = self.records(&protocol, &Kind::ALL)?;
+        if let Some(expected) = expected {
+            compare(&records, &ledger::canonical(expected.records))?;
+            printed.push_str("The records are those of the checked ledger, all but the times.\n");
+        }
+        Ok(printed)
+    }
+
+    /// The records of the runs of a protocol, in canonical order, and the tables of these kinds to be printed; everything is written.
+    ///
+    /// # Errors
+    /// Bad names and files; [`BenchError::Interrupted`].
+    pub(super) fn records(&self, protocol: &Protocol, kinds: &[Kind]) -> Result<(Vec<Record>, String), BenchError> {
         let filter = Filter {
             tasks: self.task.clone(),
             variations: self.variation.clone(),
@@ -108,9 +122,8 @@ impl Run {
             teachers: self.teacher.clone(),
         };
         let plan = Plan::new(protocol.clone(), &filter, &self.library.registry()?, &self.library.roster()?, self.seed)?;
-        let expected = self.check.as_ref().map(|folder| ledger::read(&folder.join(LEDGER))).transpose()?;
         let folder = self.out.clone().unwrap_or_else(|| Path::new("runs").join(&protocol.name));
-        let path = self.prepare(&folder, &protocol)?;
+        let path = self.prepare(&folder, protocol)?;
         let (ledger, contents) = Ledger::open(&path)?;
         contents.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
         let done: BTreeSet<_> = contents.done();
@@ -127,7 +140,7 @@ impl Run {
         let mut outputs = vec![(path.clone(), ledger::text(&records))];
         let command = format!("situ-bench tables {} --table", Path::new(&protocol.name).join(LEDGER).display());
         let mut printed = String::new();
-        for kind in Kind::ALL {
+        for kind in kinds {
             let tables = kind.tables(&records);
             let markdown: Vec<String> =
                 tables.iter().map(|table| table.to_markdown(&format!("{command} {}", kind.name()))).collect();
@@ -137,11 +150,7 @@ impl Run {
             outputs.extend(tables.iter().map(|table| (folder.join(format!("{}.csv", table.id())), table.to_csv())));
         }
         files::write_all(&outputs)?;
-        if let Some(expected) = expected {
-            compare(&records, &ledger::canonical(expected.records))?;
-            printed.push_str("The records are those of the checked ledger, all but the times.\n");
-        }
-        Ok(printed)
+        Ok((records, printed))
     }
 
     /// Makes the folder ready; returns the ledger's path.

@@ -6,6 +6,7 @@
 pub mod cost;
 pub mod edits;
 pub mod effort;
+pub mod growth;
 pub mod methods;
 pub mod retention;
 pub mod separate;
@@ -81,7 +82,12 @@ impl Kind {
             Self::Effort => vec![effort::table(&records)],
             Self::Separate => vec![separate::table(&records)],
             Self::Edits => vec![edits::table(&records)],
-            Self::Cost => vec![cost::physics(&records), cost::scaling(&records), cost::slopes(&records)],
+            Self::Cost => vec![
+                cost::physics(&records),
+                growth::scaling(&records),
+                growth::slopes(&records),
+                growth::crossover(&records),
+            ],
             Self::Retention => vec![retention::table(&records)],
             Self::Methods => vec![methods::table(&records)],
         }

@@ -112,8 +112,10 @@ fn stage() -> Record {
 fn cost(method: &str, nodes: u32, seed: u64, work: u64, update_seconds: f64) -> Record {
     Record::Cost(Cost {
         protocol: "quick".to_owned(),
+        series: "nodes".to_owned(),
         method: method.to_owned(),
         nodes,
+        originals: 3,
         edit: Edit::EdgeAddition,
         seed,
         applicable: if method == "rebuild" { Vec::new() } else { vec![4] },
@@ -241,12 +243,15 @@ fn what_the_tables_must_say() {
         ("7".into(), "3".into())
     );
     let scaling = text(Kind::Cost, 1);
-    assert_eq!(field(&scaling, "quick,rebuild,edge-addition,100,", "hmm_fits_ratio"), "100.000000");
-    assert_eq!(field(&scaling, "quick,rebuild,edge-addition,100,", "ratio_wall"), "100.000000");
+    assert_eq!(field(&scaling, "quick,nodes,rebuild,edge-addition,100,3,", "hmm_fits_ratio"), "100.000000");
+    assert_eq!(field(&scaling, "quick,nodes,rebuild,edge-addition,100,3,", "ratio_wall"), "100.000000");
     let slopes = text(Kind::Cost, 2);
-    assert_eq!(field(&slopes, "quick,rebuild,edge-addition,", "hmm_fits"), "1.000000");
-    assert_eq!(field(&slopes, "quick,situ,edge-addition,", "hmm_fits"), "0.000000");
-    assert_eq!(field(&slopes, "quick,situ,edge-addition,", "divergences"), "", "a cost of 0 has no slope");
+    assert_eq!(field(&slopes, "quick,nodes,rebuild,edge-addition,nodes,", "hmm_fits"), "1.000000");
+    assert_eq!(field(&slopes, "quick,nodes,situ,edge-addition,nodes,", "hmm_fits"), "0.000000");
+    assert_eq!(field(&slopes, "quick,nodes,situ,edge-addition,nodes,", "divergences"), "", "a cost of 0 has no slope");
+    let crossover = text(Kind::Cost, 3);
+    // 6 fits at every size against 6 a node meet at one node; 3 classifiers against 3 are parallel; a millisecond against one a node, too.
+    assert_eq!(crossover.lines().nth(1), Some("quick,nodes,rebuild,edge-addition,< 10,< 10,never,< 10"));
 }
 
 #[test]

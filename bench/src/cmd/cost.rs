@@ -1,0 +1,202 @@
+//! `cost`: what updates cost, against what they cost when that was last meant to change.
+
+use std::collections::BTreeMap;
+use std::env;
+use std::path::PathBuf;
+use std::process::Command;
+
+use clap::Args;
+use comfy_table::{Table, presets::ASCII_MARKDOWN};
+use situ::edit::Edit;
+use situ::method;
+
+use crate::baseline::{Baseline, Judged, Origin, Row, Verdict};
+use crate::cmd::run::Run;
+use crate::cost::Subject;
+use crate::error::BenchError;
+use crate::files;
+use crate::instructions;
+use crate::protocol::Protocol;
+use crate::record::{Cost as Measured, Record};
+use crate::tables::Kind;
+
+/// Runs the update-cost suite on synthetic automata and prints T4; compares its exact work with the baseline.
+#[derive(Args, Clone, Debug)]
+#[command(
+    after_long_help = "The counters are exact: any difference is a verdict. Where valgrind is installed, the instructions of each update are counted as well,
+for automata of at most 100 nodes and the first seed; they are compared where compiler and target are those of the baseline, by 2 %.
+Times are printed and never judged.
+
+Exit status 1 where an update regressed.
+
+Examples:
+  situ-bench cost
+  situ-bench cost --check
+  situ-bench cost --mint"
+)]
+pub struct Cost {
+    /// The protocol whose cost series are measured: the name of a built-in one, or a file.
+    #[arg(long, default_value = "cost", value_name = "NAME|FILE")]
+    pub protocol: String,
+    /// The folder for the ledger and the tables; `runs/PROTOCOL` where it is not given, begun anew each time.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Compares with the baseline, update by update: improved, regressed, unchanged or incomparable.
+    #[arg(long)]
+    pub check: bool,
+    /// Writes the baseline anew.
+    #[arg(long, conflicts_with = "check")]
+    pub mint: bool,
+    /// The baseline.
+    #[arg(long, default_value = "results/baselines/update_cost.json", value_name = "FILE")]
+    pub baseline: PathBuf,
+    /// Leaves the instructions out, even where valgrind is installed.
+    #[arg(long)]
+    pub without_instructions: bool,
+    /// Measures one automaton, for valgrind: series, method, nodes, originals and seed.
+    #[arg(long, hide = true, num_args = 5, value_names = ["SERIES", "METHOD", "NODES", "ORIGINALS", "SEED"])]
+    pub one: Option<Vec<String>>,
+}
+
+/// Instructions are counted of automata up to this size: under valgrind, teaching a greater one takes minutes.
+const MOST_NODES: u32 = 100;
+
+/// What is to be printed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Costed {
+    /// To standard output.
+    pub text: String,
+    /// Whether no update regressed.
+    pub is_sound: bool,
+}
+
+impl Cost {
+    /// Measures, compares or mints.
+    ///
+    /// # Errors
+    /// As [`Run::records`]; a baseline that is not there or is none; what valgrind refuses.
+    pub fn run(&self) -> Result<Costed, BenchError> {
+        let protocol = Protocol::find(&self.protocol)?;
+        if protocol.cost.is_empty() {
+            let problem = format!("the protocol `{}` has no cost series: expected one that has", protocol.name);
+            return Err(BenchError::Argument(problem));
+        }
+        if let Some(one) = &self.one {
+            one_automaton(&protocol, one)?;
+            return Ok(Costed { text: String::new(), is_sound: true });
+        }
+        let baseline = self.check.then(|| Baseline::read(&self.baseline)).transpose()?;
+        let protocol = Protocol { tasks: Vec::new(), ..protocol };
+        let run = Run { protocol: self.protocol.clone(), out: self.out.clone(), seed: 1, ..Run::default() };
+        let (records, mut printed) = run.records(&protocol, &[Kind::Cost])?;
+        let costs = records.into_iter().filter_map(|record| match record {
+            Record::Cost(cost) => Some(Row { cost, instructions: None }),
+            Record::Run(_) => None,
+        });
+        let mut rows: Vec<Row> = costs.collect();
+        let counts = !self.without_instructions && instructions::is_possible();
+        if counts {
+            self.count_instructions(&mut rows)?;
+            printed.push_str(&instruction_table(&rows));
+        } else {
+            printed.push_str("Instructions were not counted: valgrind is not here, or is not wanted. The counters alone are compared.\n");
+        }
+        let mut is_sound = true;
+        if let Some(baseline) = baseline {
+            let judged = baseline.judge(&origin(), &protocol, &rows);
+            printed.push_str(&verdicts(&judged));
+            is_sound = judged.iter().all(|judged| judged.verdict != Verdict::Regressed);
+        }
+        if self.mint {
+            let baseline = Baseline::new(origin(), &protocol, rows);
+            files::write_all(&[(self.baseline.clone(), baseline.to_json())])?;
+            printed.push_str(&format!("The baseline is {}.\n", self.baseline.display()));
+        }
+        Ok(Costed { text: printed, is_sound })
+    }
+
+    fn count_instructions(&self, rows: &mut [Row]) -> Result<(), BenchError> {
+        let program = env::current_exe().map_err(|source| BenchError::Valgrind { problem: source.to_string() })?;
+        let automaton = |cost: &Measured| (cost.series.clone(), cost.method.clone(), cost.nodes, cost.originals);
+        let mut first: BTreeMap<_, u64> = BTreeMap::new();
+        for Row { cost, .. } in rows.iter().filter(|row| row.cost.nodes <= MOST_NODES) {
+            let seed = first.entry(automaton(cost)).or_insert(cost.seed);
+            *seed = cost.seed.min(*seed);
+        }
+        for ((series, method, nodes, originals), seed) in first {
+            let words = [series.clone(), method.clone(), nodes.to_string(), originals.to_string(), seed.to_string()];
+            let arguments = ["cost", "--protocol", &self.protocol, "--one"].map(str::to_owned);
+            let counts = instructions::count(&program, &[&arguments[..], &words].concat())?;
+            for (edit, count) in Edit::ALL.into_iter().zip(counts) {
+                let name = (series.clone(), method.clone(), nodes, originals);
+                let is_it =
+                    |row: &&mut Row| automaton(&row.cost) == name && row.cost.seed == seed && row.cost.edit == edit;
+                rows.iter_mut().filter(is_it).for_each(|row| row.instructions = Some(count));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The updates of one automaton, one of each edit: what callgrind counts.
+fn one_automaton(protocol: &Protocol, words: &[String]) -> Result<(), BenchError> {
+    let [series, method, nodes, originals, seed] = words else {
+        return Err(BenchError::Argument("`--one`: expected five words".to_owned()));
+    };
+    let number = |word: &String| {
+        word.parse::<u32>().map_err(|_| BenchError::Argument(format!("`--one`: `{word}`: expected a number")))
+    };
+    let known = protocol.cost.iter().map(|series| series.series.as_str());
+    let found = protocol.cost.iter().find(|other| other.series == *series);
+    let found = found.ok_or_else(|| BenchError::unknown("cost series", series, known))?;
+    let known = || method::all().into_iter().map(|method| method.name());
+    let named = method::named(method).ok_or_else(|| BenchError::unknown("method", method, known()))?;
+    let subject = Subject::teach(&*named, found.parameters(number(nodes)?, number(originals)?, number(seed)?.into()))?;
+    Edit::ALL.into_iter().try_for_each(|edit| subject.measure(&protocol.name, series, edit).map(|_| ()))
+}
+
+/// Where this is.
+fn origin() -> Origin {
+    let cpu = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = cpu.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    let git = |words: &[&str]| {
+        let output = Command::new("git").args(words).output().ok().filter(|output| output.status.success())?;
+        Some(String::from_utf8(output.stdout).ok()?.trim().to_owned())
+    };
+    let changed = git(&["status", "--porcelain", "--untracked-files=no"]).is_some_and(|changes| !changes.is_empty());
+    let revision = git(&["rev-parse", "HEAD"]).unwrap_or_else(|| "unknown".to_owned());
+    Origin {
+        machine: model.map_or("unknown", |(_, model)| model.trim()).to_owned(),
+        revision: if changed { format!("{revision}, changed") } else { revision },
+        toolchain: env!("SITU_TOOLCHAIN").to_owned(),
+        target: env!("SITU_TARGET").to_owned(),
+    }
+}
+
+fn instruction_table(rows: &[Row]) -> String {
+    let mut table = Table::new();
+    table.load_style(ASCII_MARKDOWN);
+    table.set_header(["series", "method", "edit planted", "nodes", "originals", "instructions"]);
+    for Row { cost, instructions } in rows {
+        if let Some(instructions) = instructions {
+            let Measured { series, method, edit, nodes, originals, .. } = cost;
+            let words = [series.clone(), method.clone(), edit.to_string()];
+            table.add_row(
+                words.into_iter().chain([nodes, originals].map(u32::to_string)).chain([instructions.to_string()]),
+            );
+        }
+    }
+    format!("\n## T4 instructions of an update\n\n{table}\n\n")
+}
+
+fn verdicts(judged: &[Judged]) -> String {
+    let mut text = String::from("## Against the baseline\n\n");
+    for Judged { update, verdict, why } in judged {
+        let why = if why.is_empty() { String::new() } else { format!(": {why}") };
+        text.push_str(&format!("{verdict:<12} {update}{why}\n"));
+    }
+    let count = |verdict| judged.iter().filter(|judged| judged.verdict == verdict).count();
+    let all = [Verdict::Improved, Verdict::Regressed, Verdict::Unchanged, Verdict::Incomparable];
+    let counts = all.map(|verdict| format!("{verdict} {}", count(verdict)));
+    text + "\n" + &counts.join(", ") + "\n"
+}
