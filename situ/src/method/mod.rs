@@ -3,6 +3,7 @@
 //! To add a method, write a type that implements [`Method`] in a file or folder of its own here and name it in [`all`];
 //! the conformance test and the tables then know it.
 
+pub mod bp_ar_hmm;
 pub mod keyframe_method;
 pub mod rebuild;
 

@@ -1,0 +1,3 @@
+//! The method.
+
+pub mod sampler;

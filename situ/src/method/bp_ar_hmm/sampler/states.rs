@@ -1,0 +1,59 @@
+//! The states of one sequence: forward filtering and backward sampling.
+//!
+//! The recursion is scaled, not in logarithms: every transition has a probability above 0, so no path can be cut off for good.
+
+use rand::Rng;
+
+use super::draw::categorical;
+
+/// log p(x | π, θ) of one sequence, its states summed out, the first state uniform. `densities[k][t]` is log p(x_t | state k),
+/// K states by T frames, and `probabilities` is π, K × K row by row. −∞ where there is no state.
+///
+/// `filter` takes p(z_t = k | x_1 … x_t) at `t * K + k`.
+pub fn log_forward(densities: &[&[f64]], probabilities: &[f64], filter: &mut Vec<f64>) -> f64 {
+    let k = densities.len();
+    let frames = densities.first().map_or(0, |density| density.len());
+    filter.clear();
+    filter.resize(frames * k, 0.0);
+    if k == 0 {
+        return f64::NEG_INFINITY;
+    }
+    let mut total = 0.0;
+    for frame in 0..frames {
+        let (past, rest) = filter.split_at_mut(frame * k);
+        let now = &mut rest[..k];
+        if frame == 0 {
+            now.fill(1.0 / k as f64);
+        } else {
+            for (from, reached) in past[(frame - 1) * k..].iter().enumerate() {
+                for (value, probability) in now.iter_mut().zip(&probabilities[from * k..(from + 1) * k]) {
+                    *value += reached * probability;
+                }
+            }
+        }
+        let greatest = densities.iter().map(|density| density[frame]).fold(f64::NEG_INFINITY, f64::max);
+        let mut sum = 0.0;
+        for (value, density) in now.iter_mut().zip(densities) {
+            *value *= libm::exp(density[frame] - greatest);
+            sum += *value;
+        }
+        now.iter_mut().for_each(|value| *value /= sum);
+        total += greatest + libm::log(sum);
+    }
+    total
+}
+
+/// A draw of the states given a filter of [`log_forward`]: places in the list of states, one a frame.
+pub fn backward_sample(filter: &[f64], probabilities: &[f64], k: usize, rng: &mut impl Rng) -> Vec<usize> {
+    let frames = if k == 0 { 0 } else { filter.len() / k };
+    let mut states = vec![0; frames];
+    let mut weights = vec![0.0; k];
+    for frame in (0..frames).rev() {
+        for (from, weight) in weights.iter_mut().enumerate() {
+            let onwards = if frame + 1 < frames { probabilities[from * k + states[frame + 1]] } else { 1.0 };
+            *weight = filter[frame * k + from] * onwards;
+        }
+        states[frame] = categorical(&weights, rng);
+    }
+    states
+}
