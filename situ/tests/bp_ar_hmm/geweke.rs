@@ -180,7 +180,7 @@ fn sweeps_leave_the_joint_distribution_as_it_is() {
         from_prior.push(statistics(&state, &sequences).into_iter().map(|(_, value)| value).collect());
     }
     // Windows as short as the sequences allow, so that they differ.
-    let moves = Moves { births: 2, window: (2, 5), split_merges: 2, inner: 2 };
+    let moves = Moves { births: 2, window: (2, 5), split_merges: 2, inner: 8 };
     let state = state_from_prior(&mut rng);
     let mut chain = Chain::at(prior(), moves, observations(&state, &mut rng), state);
     let names: Vec<&str> = statistics(chain.state(), chain.sequences()).into_iter().map(|(name, _)| name).collect();
