@@ -118,7 +118,11 @@ fn every_method_teaches_corrects_and_repeats_itself() {
 
                 // What cannot be is refused, and changes nothing.
                 let mut refuse = |last, expected| {
-                    assert_eq!(model.correct(Correction::after(last, &correction.demonstration)), Err(expected), "{name}");
+                    assert_eq!(
+                        model.correct(Correction::after(last, &correction.demonstration)),
+                        Err(expected),
+                        "{name}"
+                    );
                 };
                 refuse(Place::End, SituError::NotExecutable(Place::End));
                 let stranger = NodeId(1 + graph.nodes.iter().map(|node| node.id.0).max().unwrap());

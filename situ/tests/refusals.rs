@@ -89,7 +89,8 @@ fn places_that_cannot_have_run() {
     let decisions = Decisions::mended();
     let shown = spelt(&[(0, 0.0, 0.0)], 1.0, true);
     let (model, _) = rebuild(histories(std::slice::from_ref(&shown)), None, &learner, &decisions).unwrap();
-    let update = |last| situ::situ::situ(Correction::after(last, &shown), model.clone(), &learner, &decisions).map(|_| ());
+    let update =
+        |last| situ::situ::situ(Correction::after(last, &shown), model.clone(), &learner, &decisions).map(|_| ());
     assert_eq!(update(Place::Start), Ok(()));
     assert_eq!(update(Place::End), Err(SituError::NotExecutable(Place::End)));
     assert_eq!(update(Place::Node(NodeId(7))), Err(SituError::UnknownNode(NodeId(7))));

@@ -92,7 +92,8 @@ pub trait Learned: Send + Sync {
 
 /// Every method, in the order of the tables.
 pub fn all() -> Vec<Box<dyn Method>> {
-    keyframe_method::all().into_iter().map(|method| Box::new(method) as Box<dyn Method>).collect()
+    let keyframe = keyframe_method::all().into_iter().map(|method| Box::new(method) as Box<dyn Method>);
+    keyframe.chain([Box::new(bp_ar_hmm::BpArHmm::default()) as Box<dyn Method>]).collect()
 }
 
 /// The method of this name.

@@ -7,7 +7,11 @@ use situ::method::bp_ar_hmm::sampler::{Dynamics, DynamicsPrior, Statistics};
 use situ::random::standard_normal;
 
 fn prior() -> DynamicsPrior<2> {
-    DynamicsPrior { precision: Matrix2::new(0.7, 0.2, 0.2, 0.5), scale: Matrix2::new(1.5, -0.4, -0.4, 0.9), freedom: 5.0 }
+    DynamicsPrior {
+        precision: Matrix2::new(0.7, 0.2, 0.2, 0.5),
+        scale: Matrix2::new(1.5, -0.4, -0.4, 0.9),
+        freedom: 5.0,
+    }
 }
 
 fn frames(count: usize) -> Vec<(Vector2<f64>, Vector2<f64>)> {

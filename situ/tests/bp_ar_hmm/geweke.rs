@@ -88,10 +88,13 @@ fn state_from_prior(rng: &mut ChaCha8Rng) -> State<1> {
         while states.len() < frames {
             let row: Vec<f64> = (0..active.len()).map(|to| weights.value(place, to)).collect();
             let mut left = rng.random::<f64>() * row.iter().sum::<f64>();
-            place = row.iter().position(|weight| {
-                left -= weight;
-                left < 0.0
-            }).unwrap_or(active.len() - 1);
+            place = row
+                .iter()
+                .position(|weight| {
+                    left -= weight;
+                    left < 0.0
+                })
+                .unwrap_or(active.len() - 1);
             states.push(active[place]);
         }
         Row { active, weights, states }
@@ -132,9 +135,9 @@ fn statistics(state: &State<1>, sequences: &[Sequence<1>]) -> Vec<(&'static str,
             (sequence.current[frame][0] - own.transition[0] * sequence.lagged[frame][0]).powi(2) / own.covariance[0]
         })
     });
-    let turned = sequences
-        .iter()
-        .map(|sequence| (0..sequence.len()).map(|t| (sequence.current[t][0] * sequence.lagged[t][0]).tanh()).sum::<f64>());
+    let turned = sequences.iter().map(|sequence| {
+        (0..sequence.len()).map(|t| (sequence.current[t][0] * sequence.lagged[t][0]).tanh()).sum::<f64>()
+    });
     let large = sequences.iter().flat_map(|sequence| &sequence.current).map(|x| x[0].abs().ln_1p());
     vec![
         ("alpha", state.alpha),

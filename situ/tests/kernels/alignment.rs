@@ -14,7 +14,10 @@ fn by_subsets(short: &[(f64, f64)], long: &[(f64, f64)]) -> f64 {
     let subsets = (0_u32..1 << long.len()).filter(|subset| subset.count_ones() as usize == short.len());
     let farthest = subsets.map(|subset| {
         let chosen = (0..long.len()).filter(|index| subset >> index & 1 == 1);
-        chosen.zip(short).map(|(index, here)| (long[index].0 - here.0).hypot(long[index].1 - here.1)).fold(0.0, f64::max)
+        chosen
+            .zip(short)
+            .map(|(index, here)| (long[index].0 - here.0).hypot(long[index].1 - here.1))
+            .fold(0.0, f64::max)
     });
     farthest.fold(f64::INFINITY, f64::min)
 }

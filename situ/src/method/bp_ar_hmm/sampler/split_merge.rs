@@ -56,8 +56,7 @@ impl<const D: usize> Chain<D> {
         // Who is concerned: the anchors, then the others in a random order.
         let concerned = |row: usize| self.state.rows[row].active.iter().any(|name| chosen.contains(name));
         let mut order = vec![first, second];
-        let mut others: Vec<usize> =
-            (0..n).filter(|row| *row != first && *row != second && concerned(*row)).collect();
+        let mut others: Vec<usize> = (0..n).filter(|row| *row != first && *row != second && concerned(*row)).collect();
         while !others.is_empty() {
             order.push(others.remove(rng.random_range(0..others.len())));
         }
@@ -147,13 +146,15 @@ impl<const D: usize> Chain<D> {
                 .map(|has| self.choice(&self.sequences[*row], has, rest, &is_open, &dynamics))
                 .collect();
             let greatest = choices.iter().map(|choice| choice.log_likelihood).fold(f64::NEG_INFINITY, f64::max);
-            let weights: Vec<f64> =
-                choices.iter().map(|choice| libm::exp(choice.log_likelihood - greatest)).collect();
+            let weights: Vec<f64> = choices.iter().map(|choice| libm::exp(choice.log_likelihood - greatest)).collect();
             let allocation = match current {
                 Some(current) => current[row].clone(),
                 None => {
                     let choice = &choices[categorical(&weights, rng)];
-                    Allocation { has: choice.has, states: choice.draw(&self.state.rows[*row].states, &is_open, parts, rng) }
+                    Allocation {
+                        has: choice.has,
+                        states: choice.draw(&self.state.rows[*row].states, &is_open, parts, rng),
+                    }
                 }
             };
             // An anchor without its part cannot come about by a split; here it cannot occur, as the anchor was drawn with its part.
@@ -209,7 +210,9 @@ impl Choice {
     /// States drawn for the open frames; the others stay as they are.
     fn draw(&self, states: &[usize], is_open: &[bool], parts: [usize; 2], rng: &mut impl Rng) -> Vec<usize> {
         let mut drawn = backward_sample(&self.filter, &self.probabilities, 2, rng).into_iter();
-        let state = |(state, open): (&usize, &bool)| if *open { drawn.next().map_or(*state, |part| parts[part]) } else { *state };
+        let state = |(state, open): (&usize, &bool)| {
+            if *open { drawn.next().map_or(*state, |part| parts[part]) } else { *state }
+        };
         states.iter().zip(is_open).map(state).collect()
     }
 

@@ -1,0 +1,159 @@
+//! The automaton of the labels: a node for each behaviour on each object, an edge wherever one run followed another.
+//!
+//! The original finds a coordinate frame for each behaviour by clustering. Demonstrations here name their reference object, so a run takes the object
+//! that most of its frames name, and a behaviour that was shown on two objects is two nodes: a *reconstruction*.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::branch::Branch;
+use super::recording::Frame;
+use super::run::{Run, Stretch, runs};
+use super::skill::Skill;
+use crate::demonstration::{Demonstration, State};
+use crate::place::{NodeId, Place, SegmentId};
+use crate::trace::Counters;
+
+/// A demonstration as the method keeps it.
+#[derive(Clone, Debug)]
+pub(super) struct Shown {
+    pub(super) demonstration: Demonstration,
+    pub(super) frames: Vec<Frame>,
+    /// The runs of the node after which it begins; `None` at START. Nodes do not outlive a correction, frames do.
+    pub(super) after: Option<Vec<Stretch>>,
+}
+
+/// A node.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Node {
+    pub(super) skill: Skill,
+    /// In order.
+    pub(super) runs: Vec<Run>,
+    /// The segments by reference object most of whose frames are this node's; there may be none.
+    pub(super) segments: Vec<SegmentId>,
+}
+
+/// The automaton.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Automaton {
+    /// The node of id i at i.
+    pub(super) nodes: Vec<Node>,
+    /// What follows START, and what follows each node.
+    start: Branch,
+    branches: Vec<Branch>,
+    /// Typical difference of each feature of a state.
+    scales: Vec<f64>,
+}
+
+impl Automaton {
+    /// From all demonstrations and the labels of their frames, nodes in the order in which they first occur.
+    pub(super) fn of(shown: &[Shown], labels: &[Vec<usize>], scales: Vec<f64>, counters: &mut Counters) -> Self {
+        let mut ids: BTreeMap<(usize, Arc<str>), usize> = BTreeMap::new();
+        let mut members: Vec<Vec<(Run, &[Frame])>> = Vec::new();
+        let mut sequences: Vec<Vec<(usize, Run)>> = Vec::new();
+        for (number, (one, labels)) in (0..).zip(shown.iter().zip(labels)) {
+            let mut sequence = Vec::new();
+            for run in runs(number, &one.demonstration, &one.frames, labels) {
+                let id = *ids.entry((run.label, run.reference.clone())).or_insert(members.len());
+                if id == members.len() {
+                    members.push(Vec::new());
+                }
+                members[id].push((run.clone(), &one.frames));
+                sequence.push((id, run));
+            }
+            sequences.push(sequence);
+        }
+        let mut segments = vec![Vec::new(); members.len()];
+        for (segment, id) in holders(shown, &sequences) {
+            segments[id].push(segment);
+        }
+        let mut nodes: Vec<Node> = Vec::with_capacity(members.len());
+        for (members, segments) in members.iter().zip(segments) {
+            let taught: Vec<(&Run, &[Frame])> = members.iter().map(|(run, frames)| (run, *frames)).collect();
+            counters.segments_touched += taught.len() as u64;
+            counters.nodes_touched += 1;
+            let skill = Skill::taught(taught[0].0.reference.clone(), &taught);
+            nodes.push(Node { skill, runs: members.iter().map(|(run, _)| run.clone()).collect(), segments });
+        }
+        let branches = vec![Branch::default(); nodes.len()];
+        let mut automaton = Self { nodes, start: Branch::default(), branches, scales };
+        automaton.connect(shown, &sequences);
+        let forks = automaton.branches.iter().chain([&automaton.start]).filter(|branch| branch.children().len() > 1);
+        counters.classifier_fits += forks.count() as u64;
+        automaton
+    }
+
+    /// Edges with their examples: of a run, the state of the world where its object is first named.
+    fn connect(&mut self, shown: &[Shown], sequences: &[Vec<(usize, Run)>]) {
+        for (one, sequence) in shown.iter().zip(sequences) {
+            let demonstration = &one.demonstration;
+            let state = |index: usize| {
+                demonstration.keyframes().get(index).map_or(demonstration.final_state(), |keyframe| &keyframe.state)
+            };
+            let mut before = one.after.as_deref().and_then(|stretches| self.node_of(stretches));
+            for (id, run) in sequence {
+                self.follow(before, Place::Node(NodeId(*id as u32)), state(one.frames[run.first].state));
+                before = Some(*id);
+            }
+            if demonstration.carried_to_end() {
+                self.follow(before, Place::End, demonstration.final_state());
+            }
+        }
+    }
+
+    fn follow(&mut self, before: Option<usize>, next: Place, state: &State) {
+        let branch = before.map_or(&mut self.start, |id| &mut self.branches[id]);
+        branch.add(next, state, &self.scales);
+    }
+
+    /// The node that has most of these frames, the first of equals.
+    fn node_of(&self, stretches: &[Stretch]) -> Option<usize> {
+        let common = |node: &Node| -> usize {
+            node.runs.iter().flat_map(|run| stretches.iter().map(|stretch| run.stretch.overlap(stretch))).sum()
+        };
+        let counts = self.nodes.iter().map(common).enumerate();
+        counts.reduce(|best, other| if other.1 > best.1 { other } else { best }).map(|(id, _)| id)
+    }
+
+    /// The node of this id.
+    pub(super) fn node(&self, id: NodeId) -> Option<&Node> {
+        self.nodes.get(id.0 as usize)
+    }
+
+    /// What follows a place in a state.
+    pub(super) fn next(&self, last: Place, state: &State) -> Option<(Place, f64)> {
+        let branch = match last {
+            Place::Start => &self.start,
+            Place::Node(id) => self.branches.get(id.0 as usize)?,
+            Place::End => return None,
+        };
+        branch.next(state, &self.scales)
+    }
+
+    /// The edges, in order.
+    pub(super) fn edges(&self) -> Vec<(Place, Place)> {
+        let nodes = (0..).zip(&self.branches).map(|(id, branch)| (Place::Node(NodeId(id)), branch));
+        let branches = [(Place::Start, &self.start)].into_iter().chain(nodes);
+        branches.flat_map(|(place, branch)| branch.children().into_iter().map(move |child| (place, child))).collect()
+    }
+}
+
+/// The node that holds each segment by reference object: the one with most of its frames, the first of equals.
+fn holders(shown: &[Shown], sequences: &[Vec<(usize, Run)>]) -> Vec<(SegmentId, usize)> {
+    let mut holders = Vec::new();
+    for (demonstration, (one, sequence)) in (0..).zip(shown.iter().zip(sequences)) {
+        let mut counts: BTreeMap<u32, BTreeMap<usize, usize>> = BTreeMap::new();
+        for (id, run) in sequence {
+            for frame in &one.frames[run.stretch.start..run.stretch.end] {
+                *counts.entry(frame.segment).or_default().entry(*id).or_default() += 1;
+            }
+        }
+        for (index, counts) in counts {
+            let most = counts.into_iter().reduce(|best, other| if other.1 > best.1 { other } else { best });
+            holders.extend(most.map(|(id, _)| (SegmentId { demonstration, index }, id)));
+        }
+    }
+    holders
+}
