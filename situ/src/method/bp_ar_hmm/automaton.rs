@@ -1,10 +1,10 @@
-//! The automaton of the labels: a node for each behaviour on each object, an edge wherever one run followed another.
+//! The automaton of the labels: a node for each behaviour that ends at one place of one object, an edge wherever one run followed another.
 //!
-//! The original finds a coordinate frame for each behaviour by clustering. Demonstrations here name their reference object, so a run takes the object
-//! that most of its frames name, and a behaviour that was shown on two objects is two nodes: a *reconstruction*.
+//! The original finds coordinate frames by clustering the ends of each behaviour's runs in the frame of every object. Demonstrations here name their
+//! reference object, so a run takes the object that most of its frames name, and only the clusters remain to be found: runs of one
+//! behaviour that end on two objects, or far apart on one, or with the gripper told otherwise, are of two nodes. A *reconstruction*.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use serde::Serialize;
 
@@ -15,6 +15,9 @@ use super::skill::Skill;
 use crate::demonstration::{Demonstration, State};
 use crate::place::{NodeId, Place, SegmentId};
 use crate::trace::Counters;
+
+/// Goals further apart are two goals, metres. A careful teacher's differ by one or two centimetres.
+const GOALS_APART: f64 = 0.05;
 
 /// A demonstration as the method keeps it.
 #[derive(Clone, Debug)]
@@ -50,13 +53,12 @@ pub(super) struct Automaton {
 impl Automaton {
     /// From all demonstrations and the labels of their frames, nodes in the order in which they first occur.
     pub(super) fn of(shown: &[Shown], labels: &[Vec<usize>], scales: Vec<f64>, counters: &mut Counters) -> Self {
-        let mut ids: BTreeMap<(usize, Arc<str>), usize> = BTreeMap::new();
         let mut members: Vec<Vec<(Run, &[Frame])>> = Vec::new();
         let mut sequences: Vec<Vec<(usize, Run)>> = Vec::new();
         for (number, (one, labels)) in (0..).zip(shown.iter().zip(labels)) {
             let mut sequence = Vec::new();
             for run in runs(number, &one.demonstration, &one.frames, labels) {
-                let id = *ids.entry((run.label, run.reference.clone())).or_insert(members.len());
+                let id = alike(&members, &run, &one.frames).unwrap_or(members.len());
                 if id == members.len() {
                     members.push(Vec::new());
                 }
@@ -138,6 +140,25 @@ impl Automaton {
         let branches = [(Place::Start, &self.start)].into_iter().chain(nodes);
         branches.flat_map(|(place, branch)| branch.children().into_iter().map(move |child| (place, child))).collect()
     }
+}
+
+/// The node that a run belongs to, if it is there: of this behaviour, on this object, whose first run ends nearest, and near enough, with the
+/// gripper told the same.
+fn alike(members: &[Vec<(Run, &[Frame])>], run: &Run, frames: &[Frame]) -> Option<usize> {
+    let end = |run: &Run, frames: &[Frame]| {
+        let last = &frames[run.stretch.end - 1];
+        (frames[run.first].object.inv_mul(&last.pose), core::mem::discriminant(&last.command))
+    };
+    let (goal, told) = end(run, frames);
+    let near = members.iter().enumerate().filter_map(|(id, members)| {
+        let (first, frames) = members.first()?;
+        let (other, other_told) = end(first, frames);
+        let way = other.translation.vector - goal.translation.vector;
+        let far = libm::sqrt(way.dot(&way));
+        let same = first.label == run.label && first.reference == run.reference && other_told == told;
+        (same && far <= GOALS_APART).then_some((id, far))
+    });
+    near.reduce(|best, other| if other.1 < best.1 { other } else { best }).map(|(id, _)| id)
 }
 
 /// The node that holds each segment by reference object: the one with most of its frames, the first of equals.

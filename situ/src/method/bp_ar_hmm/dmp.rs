@@ -10,7 +10,7 @@ use nalgebra::SVector;
 use serde::Serialize;
 
 /// Kernels ψ, evenly spaced in time.
-const KERNELS: usize = 30;
+const KERNELS: usize = 60;
 /// K: with τ = 1 the system answers within a tenth of the movement.
 const STIFFNESS: f64 = 100.0;
 /// s where the movement is over.

@@ -4,13 +4,13 @@
 //! 1. A demonstration becomes a recording at 10 Hz ([`recording`](self), interpolated between keyframes at the planner's speed).
 //! 2. All recordings together are cut into runs of recurring behaviours by the beta-process autoregressive hidden Markov model ([`sampler`]):
 //!    several chains, of whose states the most probable is kept.
-//! 3. Each behaviour on an object is a node: a dynamic movement primitive ([`dmp::Dmp`]) taught by its runs.
+//! 3. Each behaviour that ends at one place of one object is a node: a dynamic movement primitive ([`dmp::Dmp`]) taught by its runs.
 //! 4. Runs that followed each other are edges. Where several nodes can follow, the nearest example by L1 distance decides.
 //! 5. A correction is one recording more: everything is segmented and built anew.
 //!
 //! What is a *reconstruction*: frames are seen relative to the reference object that the demonstration names, where the original segments in the
-//! robot's frame and finds coordinate frames by clustering; a behaviour on two objects is two nodes, where the original divides nodes by what
-//! their classifiers tell apart; runs of less than 0.3 s join the one before. The classifier sees the benchmark's state features, where the
+//! robot's frame and finds coordinate frames by clustering the ends of runs; of that only the clusters are left, so a behaviour that ends at two
+//! places is two nodes; runs of less than 0.3 s join the one before. The classifier sees the benchmark's state features, where the
 //! original sees object poses. A primitive starts at the mean start of its runs, where the original starts wherever the arm is.
 
 mod automaton;

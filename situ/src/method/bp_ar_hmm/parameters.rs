@@ -17,6 +17,6 @@ pub struct BpArHmmParameters {
 
 impl Default for BpArHmmParameters {
     fn default() -> Self {
-        Self { chains: 3, sweeps: 100, unique_features: 2, moves: Moves::default() }
+        Self { chains: 3, sweeps: 300, unique_features: 2, moves: Moves::default() }
     }
 }
