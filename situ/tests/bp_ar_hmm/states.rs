@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use situ::method::bp_ar_hmm::sampler::{backward_sample, log_forward};
+use situ::method::bp_ar_hmm::sampler::{backward_sample, log_forward, log_forward_of_weights};
 
 const STATES: usize = 3;
 const FRAMES: usize = 4;
@@ -52,6 +52,11 @@ fn the_likelihood_is_the_sum_over_every_path() {
         let chain = chain(seed);
         let total: f64 = chain.paths().iter().map(|(_, weight)| weight).sum();
         assert!((chain.forward().0 - total.ln()).abs() < 1e-12, "{} is not {}", chain.forward().0, total.ln());
+        let weights: Vec<Vec<f64>> =
+            chain.densities.iter().map(|own| own.iter().map(|density| density.exp()).collect()).collect();
+        let weights: Vec<&[f64]> = weights.iter().map(Vec::as_slice).collect();
+        let found = log_forward_of_weights(&weights, &chain.probabilities).unwrap();
+        assert!((found - total.ln()).abs() < 1e-12, "{found} is not {}", total.ln());
     }
 }
 
@@ -96,4 +101,7 @@ fn nothing_that_can_still_matter_is_rounded_away() {
     // Out of the first state at the second frame, at 1e-200: log −460.5; or in the second from the start: −600 + log ½.
     let expected = 0.5_f64.ln() + 1e-200_f64.ln() + 0.5_f64.ln();
     assert!((found - expected).abs() < 1e-9, "{found} is not {expected}");
+    // Without logarithms it would be lost, and that is seen.
+    let weights = densities.map(|own| own.into_iter().map(f64::exp).collect::<Vec<_>>());
+    assert_eq!(log_forward_of_weights(&[&weights[0], &weights[1]], &probabilities), None);
 }

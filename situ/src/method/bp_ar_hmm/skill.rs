@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::Translation3;
-use rand::{Rng, RngExt};
+use rand::Rng;
 use serde::Serialize;
 
 use super::dmp::{Dmp, STEPS, at_even_times};
@@ -116,7 +116,7 @@ impl End {
         Self { mean, deviation: Tangent::from_fn(|axis, _| libm::sqrt(squares[axis] / count)) }
     }
 
-    fn draw(&self, rng: &mut (impl Rng + RngExt)) -> Tangent {
+    fn draw(&self, rng: &mut impl Rng) -> Tangent {
         let mut normal = || loop {
             let normal = standard_normal(rng);
             if normal.abs() <= GREATEST_DRAW {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rand::{Rng, RngExt};
 
 use super::draw::accepts;
-use super::{Chain, Dynamics, Posterior, Statistics, Weights, backward_sample, log_forward};
+use super::{Chain, Dynamics, Posterior, Statistics, Weights, backward_sample, log_forward, log_forward_of_weights};
 
 /// The behaviours of a sequence with what the forward pass makes of them.
 struct Proposal {
@@ -14,49 +14,88 @@ struct Proposal {
     log_likelihood: f64,
 }
 
-/// log p(x_t) of every frame of a sequence, by behaviour.
-type Densities = BTreeMap<usize, Vec<f64>>;
+/// log p(x_t) of every frame of a sequence, by behaviour, and p(x_t) over a factor of each frame's.
+struct Densities {
+    logarithms: BTreeMap<usize, Vec<f64>>,
+    weights: BTreeMap<usize, Vec<f64>>,
+    /// The logarithms of the factors: at each frame the greatest of the behaviours that there were at first.
+    shift: Vec<f64>,
+}
+
+impl Densities {
+    fn new(logarithms: BTreeMap<usize, Vec<f64>>, frames: usize) -> Self {
+        let mut shift = vec![f64::NEG_INFINITY; frames];
+        for own in logarithms.values() {
+            shift.iter_mut().zip(own).for_each(|(shift, own)| *shift = shift.max(*own));
+        }
+        let mut densities = Self { logarithms: BTreeMap::new(), weights: BTreeMap::new(), shift };
+        logarithms.into_iter().for_each(|(name, own)| densities.insert(name, own));
+        densities
+    }
+
+    fn insert(&mut self, name: usize, logarithms: Vec<f64>) {
+        let weights = logarithms.iter().zip(&self.shift).map(|(own, shift)| libm::exp(own - shift)).collect();
+        self.weights.insert(name, weights);
+        self.logarithms.insert(name, logarithms);
+    }
+
+    fn remove(&mut self, name: usize) {
+        self.weights.remove(&name);
+        self.logarithms.remove(&name);
+    }
+
+    /// log p(x) of the sequence.
+    fn log_likelihood(&self, active: &[usize], probabilities: &[f64]) -> f64 {
+        let weights: Vec<&[f64]> = active.iter().map(|name| self.weights[name].as_slice()).collect();
+        match log_forward_of_weights(&weights, probabilities) {
+            Some(log_likelihood) => log_likelihood + self.shift.iter().sum::<f64>(),
+            None => log_forward(&self.logarithms(active), probabilities, &mut Vec::new()),
+        }
+    }
+
+    fn logarithms(&self, active: &[usize]) -> Vec<&[f64]> {
+        active.iter().map(|name| self.logarithms[name].as_slice()).collect()
+    }
+}
 
 impl Proposal {
-    fn new(active: Vec<usize>, weights: Weights, densities: &Densities, filter: &mut Vec<f64>) -> Self {
-        let rows: Vec<&[f64]> = active.iter().map(|name| densities[name].as_slice()).collect();
-        let log_likelihood = log_forward(&rows, &weights.probabilities(), filter);
+    fn new(active: Vec<usize>, weights: Weights, densities: &Densities) -> Self {
+        let log_likelihood = densities.log_likelihood(&active, &weights.probabilities());
         Self { active, weights, log_likelihood }
     }
 
     fn with(&self, name: usize, densities: &Densities, stickiness: (f64, f64), rng: &mut impl Rng) -> Self {
         let mut active = self.active.clone();
         active.push(name);
-        Self::new(active, self.weights.grown(stickiness.0, stickiness.1, rng), densities, &mut Vec::new())
+        Self::new(active, self.weights.grown(stickiness.0, stickiness.1, rng), densities)
     }
 
     fn without(&self, place: usize, densities: &Densities) -> Self {
         let mut active = self.active.clone();
         active.remove(place);
-        Self::new(active, self.weights.shrunk(place), densities, &mut Vec::new())
+        Self::new(active, self.weights.shrunk(place), densities)
     }
 }
 
 impl<const D: usize> Chain<D> {
     /// Shared behaviours, behaviours of its own, and states of one sequence.
     pub(super) fn update_sequence(&mut self, index: usize, rng: &mut impl Rng) -> Option<()> {
-        let mut densities: Densities = self.state.dynamics.keys().map(|name| (*name, Vec::new())).collect();
-        for (name, own) in &mut densities {
-            *own = self.densities(index, &self.state.dynamics[name]);
-        }
+        let densities = self.state.dynamics.iter().map(|(name, own)| (*name, self.densities(index, own))).collect();
+        let mut densities = Densities::new(densities, self.sequences[index].len());
         let mut others: BTreeMap<usize, usize> = BTreeMap::new();
         for (_, row) in self.state.rows.iter().enumerate().filter(|(other, _)| *other != index) {
             row.active.iter().for_each(|name| *others.entry(*name).or_default() += 1);
         }
         let row = &self.state.rows[index];
-        let mut filter = Vec::new();
-        let mut now = Proposal::new(row.active.clone(), row.weights.clone(), &densities, &mut filter);
+        let mut now = Proposal::new(row.active.clone(), row.weights.clone(), &densities);
         self.update_shared(&mut now, &others, &densities, rng);
         for _ in 0..self.moves.births {
             self.birth_or_death(index, &mut now, &others, &mut densities, rng)?;
         }
-        let Proposal { active, weights, .. } = Proposal::new(now.active, now.weights, &densities, &mut filter);
-        let states = backward_sample(&filter, &weights.probabilities(), active.len(), rng);
+        let Proposal { active, weights, .. } = now;
+        let (probabilities, mut filter) = (weights.probabilities(), Vec::new());
+        log_forward(&densities.logarithms(&active), &probabilities, &mut filter);
+        let states = backward_sample(&filter, &probabilities, active.len(), rng);
         let row = &mut self.state.rows[index];
         row.states = states.into_iter().map(|place| active[place]).collect();
         (row.active, row.weights) = (active, weights);
@@ -120,7 +159,7 @@ impl<const D: usize> Chain<D> {
                 self.fresh += 1;
                 self.state.dynamics.insert(name, dynamics);
             } else {
-                densities.remove(&name);
+                densities.remove(name);
             }
         } else if !unique.is_empty() && now.active.len() > 1 {
             let place = unique[rng.random_range(0..unique.len())];
@@ -131,7 +170,7 @@ impl<const D: usize> Chain<D> {
                 + log_birth_excess(&self.state.dynamics[&name], &given, &prior);
             if accepts(log_ratio, rng) {
                 *now = proposal;
-                densities.remove(&name);
+                densities.remove(name);
                 self.state.dynamics.remove(&name);
             }
         }

@@ -25,7 +25,7 @@ mod weights;
 
 pub use chain::{Chain, Row, State};
 pub use dynamics::{Dynamics, DynamicsPrior, Posterior, Statistics};
-pub use states::{backward_sample, log_forward};
+pub use states::{backward_sample, log_forward, log_forward_of_weights};
 pub use weights::Weights;
 
 use nalgebra::SVector;

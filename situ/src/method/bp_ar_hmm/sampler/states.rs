@@ -43,9 +43,44 @@ pub fn log_forward(densities: &[&[f64]], probabilities: &[f64], filter: &mut Vec
     total
 }
 
+/// A sum of the forward pass beyond these bounds is left to [`log_forward`]: what is rounded to 0 then is 10²⁰⁰ times less than what is not.
+const TRUSTED: core::ops::Range<f64> = 1e-100..1e100;
+
+/// [`log_forward`] of densities that were exponentiated before, so that many sets of states can be tried without an exponential: `weights[k][t]`
+/// is p(x_t | state k) over a factor of the frame's own, of which the result knows nothing. `None` where rounding could matter.
+pub fn log_forward_of_weights(weights: &[&[f64]], probabilities: &[f64]) -> Option<f64> {
+    let k = weights.len();
+    let frames = weights.first().map_or(0, |weight| weight.len());
+    let (mut now, mut next) = (vec![1.0 / k as f64; k], vec![0.0; k]);
+    let mut total = 0.0;
+    for frame in 0..frames {
+        if frame > 0 {
+            next.fill(0.0);
+            for (reached, row) in now.iter().zip(probabilities.chunks_exact(k)) {
+                for (value, probability) in next.iter_mut().zip(row) {
+                    *value += reached * probability;
+                }
+            }
+            core::mem::swap(&mut now, &mut next);
+        }
+        let mut sum = 0.0;
+        for (value, weight) in now.iter_mut().zip(weights) {
+            *value *= weight[frame];
+            sum += *value;
+        }
+        if !TRUSTED.contains(&sum) {
+            return None;
+        }
+        let scale = 1.0 / sum;
+        now.iter_mut().for_each(|value| *value *= scale);
+        total += libm::log(sum);
+    }
+    (k > 0).then_some(total)
+}
+
 /// A draw of the states given a filter of [`log_forward`]: places in the list of states, one a frame.
 pub fn backward_sample(filter: &[f64], probabilities: &[f64], k: usize, rng: &mut impl Rng) -> Vec<usize> {
-    let frames = if k == 0 { 0 } else { filter.len() / k };
+    let frames = filter.len().checked_div(k).unwrap_or(0);
     let mut states = vec![0; frames];
     let mut weights = vec![0.0; k];
     for frame in (0..frames).rev() {
