@@ -12,3 +12,4 @@ mod recovery;
 mod speed;
 mod states;
 mod synthetic;
+mod task;

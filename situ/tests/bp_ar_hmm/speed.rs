@@ -9,8 +9,10 @@ use std::time::Instant;
 use nalgebra::SVector;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use situ::method::Method;
+use situ::method::bp_ar_hmm::BpArHmm;
+use situ::method::bp_ar_hmm::parameters::BpArHmmParameters;
 use situ::method::bp_ar_hmm::sampler::{Chain, Moves};
-use situ::method::named;
 use situ::random::standard_normal;
 
 use crate::common::{CAREFUL, Task};
@@ -41,12 +43,14 @@ fn sweeps_a_second() {
         let rate = SWEEPS as f64 / clock.elapsed().as_secs_f64();
         println!("{length:>6}  {planted:>7}  {:>5}  {rate:>8.0}", chain.state().dynamics.len());
     }
+    println!("chains  sweeps  seconds  log joint  nodes  (a task of five skills, three demonstrations)");
     let task = Task::new(5, 5, 3);
-    let clock = Instant::now();
-    let model = named("bp_ar_hmm").unwrap().teach(&task.schema, &task.originals(3, CAREFUL), 1).unwrap();
-    println!(
-        "teaching a task of five skills: {:.2} s, {} nodes",
-        clock.elapsed().as_secs_f64(),
-        model.graph().nodes.len()
-    );
+    for (chains, sweeps) in [(3, 100), (3, 300), (1, 1000), (3, 1000)] {
+        let parameters = BpArHmmParameters { chains, sweeps, ..BpArHmmParameters::default() };
+        let clock = Instant::now();
+        let model = BpArHmm { parameters }.teach(&task.schema, &task.originals(3, CAREFUL), 1).unwrap();
+        let (seconds, nodes) = (clock.elapsed().as_secs_f64(), model.graph().nodes.len());
+        let log_joint = model.to_json()["labelling"]["log_joint"].as_f64().unwrap();
+        println!("{chains:>6}  {sweeps:>6}  {seconds:>7.2}  {log_joint:>9.1}  {nodes:>5}");
+    }
 }

@@ -110,10 +110,10 @@ impl Automaton {
         branch.add(next, state, &self.scales);
     }
 
-    /// The node that has most of these frames, the first of equals.
+    /// The node that has most of the frames in which these stretches end, the first of equals: what ran last ran to its end.
     fn node_of(&self, stretches: &[Stretch]) -> Option<usize> {
         let common = |node: &Node| -> usize {
-            node.runs.iter().flat_map(|run| stretches.iter().map(|stretch| run.stretch.overlap(stretch))).sum()
+            node.runs.iter().flat_map(|run| stretches.iter().map(|stretch| run.stretch.overlap(&stretch.tail()))).sum()
         };
         let counts = self.nodes.iter().map(common).enumerate();
         counts.reduce(|best, other| if other.1 > best.1 { other } else { best }).map(|(id, _)| id)

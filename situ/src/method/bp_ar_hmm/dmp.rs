@@ -87,7 +87,8 @@ impl<const N: usize> Dmp<N> {
         Self { weights: weights.collect() }
     }
 
-    /// The trajectory from `start` to `goal`, from rest: the points at [`STEPS`] + 1 even times of τ, and last where it settles.
+    /// The trajectory from `start` to `goal`, from rest: the points at 201 even times of τ, both ends among them, and last the point where
+    /// it settles.
     pub fn rollout(&self, start: &SVector<f64, N>, goal: &SVector<f64, N>) -> Vec<SVector<f64, N>> {
         let pace = STEPS as f64;
         let damping = 2.0 * libm::sqrt(STIFFNESS);

@@ -59,7 +59,7 @@ fn frames_of(from: &Pose, to: &Pose) -> usize {
     let step = log(from, to);
     let (metres, radians) = (step.fixed_rows::<3>(0).into_owned(), step.fixed_rows::<3>(3).into_owned());
     let length = libm::sqrt(metres.dot(&metres)) + METRES_PER_RADIAN * libm::sqrt(radians.dot(&radians));
-    libm::ceil(length / SPEED * RATE).clamp(1.0, MOST_FRAMES) as usize
+    (libm::ceil(length / SPEED * RATE).min(MOST_FRAMES) as usize).max(1)
 }
 
 /// The frames of a demonstration: two at least.
@@ -94,7 +94,7 @@ pub(super) fn record(demonstration: &Demonstration) -> Vec<Frame> {
         }
         let (shut, opened) = (opening(old), opening(keyframe.gripper));
         let turn = if shut == opened { 0 } else { GRIPPER_FRAMES };
-        let rest = (keyframe.hold * RATE).min(MOST_FRAMES).round() as usize;
+        let rest = libm::round((keyframe.hold * RATE).min(MOST_FRAMES)) as usize;
         let arrived = Frame { command: keyframe.gripper, ..frames[frames.len() - 1].clone() };
         for frame in 1..=turn.max(rest) {
             let share = if frame < turn { frame as f64 / turn as f64 } else { 1.0 };

@@ -10,6 +10,9 @@ use crate::demonstration::Demonstration;
 /// Runs of fewer frames, 0.3 s, are taken for a flicker and belong to the run before (a reconstruction: what the original does is not known to us).
 const LEAST_FRAMES: usize = 3;
 
+/// Frames that are the end of a run: half a second. The cut itself moves by a frame or two from one segmentation to the next.
+const TAIL_FRAMES: usize = 5;
+
 /// Frames of one recording, as a range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub(super) struct Stretch {
@@ -22,6 +25,11 @@ pub(super) struct Stretch {
 }
 
 impl Stretch {
+    /// Its last frames, by which its end is found again when all is segmented anew.
+    pub(super) fn tail(&self) -> Self {
+        Self { start: self.start.max(self.end.saturating_sub(TAIL_FRAMES)), ..*self }
+    }
+
     /// Frames that both hold.
     pub(super) fn overlap(&self, other: &Self) -> usize {
         if self.demonstration == other.demonstration {

@@ -52,7 +52,7 @@ const START: [f64; 4] = [1.0, 25.0, 5.0, 1.0];
 
 impl<const D: usize> Chain<D> {
     /// A chain that begins with `unique` behaviours a sequence, shared with no other: each has an equal part of the sequence's frames.
-    /// `None` where the numbers are too extreme for a posterior to be had.
+    /// `None` where a sequence has no frame, or the numbers are too extreme for a posterior to be had.
     pub fn new(
         prior: Prior<D>,
         moves: Moves,
@@ -60,11 +60,14 @@ impl<const D: usize> Chain<D> {
         unique: usize,
         rng: &mut impl Rng,
     ) -> Option<Self> {
+        if sequences.iter().any(Sequence::is_empty) {
+            return None;
+        }
         let [alpha, kappa, gamma, c] = START;
         let mut rows = Vec::with_capacity(sequences.len());
         let mut fresh = 0;
         for sequence in &sequences {
-            let parts = unique.clamp(1, sequence.len().max(1));
+            let parts = unique.clamp(1, sequence.len());
             let states = (0..sequence.len()).map(|frame| fresh + frame * parts / sequence.len()).collect();
             let weights = Weights::from_prior(parts, alpha, kappa, rng);
             rows.push(Row { active: (fresh..fresh + parts).collect(), weights, states });
@@ -77,7 +80,8 @@ impl<const D: usize> Chain<D> {
         Some(chain)
     }
 
-    /// A chain in a given state.
+    /// A chain in a given state, which must fit the sequences: a row each, of as many states as frames, all of them active and with dynamics. For
+    /// tests of the sampler.
     pub fn at(prior: Prior<D>, moves: Moves, sequences: Vec<Sequence<D>>, state: State<D>) -> Self {
         let fresh = state.dynamics.keys().last().map_or(0, |name| name + 1);
         Self { prior, moves, sequences, state, fresh }

@@ -82,6 +82,9 @@ pub struct Dynamics<const D: usize> {
     /// log |Σ|.
     #[serde(skip)]
     log_determinant: f64,
+    /// D log 2π + log |Σ|.
+    #[serde(skip)]
+    log_normaliser: f64,
 }
 
 impl<const D: usize> Dynamics<D> {
@@ -90,7 +93,9 @@ impl<const D: usize> Dynamics<D> {
         let factor = cholesky(&covariance)?;
         let whitening = inverse_lower(&factor);
         let whitened = whitening * transition;
-        Some(Self { transition, covariance, whitening, whitened, log_determinant: log_determinant(&factor) })
+        let log_determinant = log_determinant(&factor);
+        let log_normaliser = D as f64 * libm::log(2.0 * PI) + log_determinant;
+        Some(Self { transition, covariance, whitening, whitened, log_determinant, log_normaliser })
     }
 
     /// log N(`current`; A `lagged`, Σ).
@@ -106,13 +111,7 @@ impl<const D: usize> Dynamics<D> {
             }
             squares += residual * residual;
         }
-        -0.5 * (D as f64 * libm::log(2.0 * PI) + self.log_determinant + squares)
-    }
-
-    /// The frame that follows `lagged`: A `lagged` + e.
-    pub fn step(&self, lagged: &SVector<f64, D>, rng: &mut impl Rng) -> Option<SVector<f64, D>> {
-        let normal = SVector::<f64, D>::from_fn(|_, _| standard_normal(rng));
-        Some(self.transition * lagged + cholesky(&self.covariance)? * normal)
+        -0.5 * (self.log_normaliser + squares)
     }
 }
 

@@ -52,7 +52,8 @@ pub fn log_forward_of_weights(weights: &[&[f64]], probabilities: &[f64]) -> Opti
     let k = weights.len();
     let frames = weights.first().map_or(0, |weight| weight.len());
     let (mut now, mut next) = (vec![1.0 / k as f64; k], vec![0.0; k]);
-    let mut total = 0.0;
+    // The sums are multiplied for as long as that is safe, and their logarithm taken then.
+    let (mut total, mut product) = (0.0, 1.0);
     for frame in 0..frames {
         if frame > 0 {
             next.fill(0.0);
@@ -73,9 +74,13 @@ pub fn log_forward_of_weights(weights: &[&[f64]], probabilities: &[f64]) -> Opti
         }
         let scale = 1.0 / sum;
         now.iter_mut().for_each(|value| *value *= scale);
-        total += libm::log(sum);
+        product *= sum;
+        if !TRUSTED.contains(&product) {
+            total += libm::log(product);
+            product = 1.0;
+        }
     }
-    (k > 0).then_some(total)
+    (k > 0).then_some(total + libm::log(product))
 }
 
 /// A draw of the states given a filter of [`log_forward`]: places in the list of states, one a frame.
