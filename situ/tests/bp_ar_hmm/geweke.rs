@@ -3,6 +3,11 @@
 //! One draws from the prior and then data given that. The other alternates: data given the state, then a sweep of the sampler given the data.
 //! If every move leaves the posterior as it is, the second has the first's distribution too. The statistics are bounded or have light tails,
 //! so that their means exist; the standard error of the second is from means of batches, for its draws hang together.
+//!
+//! Each of these bugs, planted by hand, made it fail: births and deaths without their Hastings correction (the mildest: |z| of 9), or without the
+//! choice among the unique behaviours (their number grows without end); η given z with row sums that hold the counts; split and merge without the
+//! proposal's probability, or without that of the behaviours drawn; the prior odds of a shared behaviour off by one; random walks that are taken for
+//! symmetric. Whoever changes a move should plant one again.
 
 use std::collections::{BTreeMap, BTreeSet};
 
