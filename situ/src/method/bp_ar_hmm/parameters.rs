@@ -16,7 +16,7 @@ pub struct BpArHmmParameters {
 }
 
 impl Default for BpArHmmParameters {
-    /// 3 chains of 300 sweeps: longer ones still find better states, but every correction pays for them. What is gained and paid prints
+    /// 3 chains of 300 sweeps: every correction pays for them anew. What longer ones would find, and cost, prints
     /// `cargo test --release -p situ --test bp_ar_hmm speed -- --ignored --nocapture`.
     fn default() -> Self {
         Self { chains: 3, sweeps: 300, unique_features: 2, moves: Moves::default() }
