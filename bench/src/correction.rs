@@ -1,14 +1,15 @@
 //! Correcting a robot: it fails, a teacher steps in, the method folds the correction in, until the task succeeds.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use situ::correction::Correction as Corrected;
+use situ::correction::{Correction as Corrected, Told};
 use situ::demonstration::{Demonstration, Kind, Schema};
 use situ::edit::difference;
 use situ::graph::Graph;
 use situ::method::{Learned, Method};
 use situ::place::{NodeId, Place};
-use situ_tasks::{Episode, EpisodeSnapshot, Setting};
+use situ_tasks::{Episode, EpisodeSnapshot, Setting, Skill};
 use situ_teachers::{Onset, convert};
 
 use crate::cost;
@@ -74,6 +75,7 @@ impl Surroundings<'_> {
         let schema = convert::schema(setting)?;
         let budget = self.protocol.budget.corrections;
         let mut last = before.clone();
+        let mut told = Told { changed: changed(setting) };
         for round in 0..budget {
             if self.is_reached(&last) {
                 break;
@@ -91,9 +93,16 @@ impl Surroundings<'_> {
                 archive.write(&path, &demonstration, &schema, &robot.names.before(&graph, &failure))?;
             }
             robot.names.learned(&demonstration);
-            let met = Corrected { last: failure.last, interrupted: failure.interrupted, demonstration: &demonstration };
+            let met = Corrected {
+                interrupted: failure.interrupted,
+                told: Some(&told),
+                ..Corrected::after(failure.last, &demonstration)
+            };
             let (trace, update_seconds) = cost::timed(|| robot.model.correct(met));
             let trace = trace?;
+            for name in demonstration.keyframes().iter().filter_map(|keyframe| keyframe.narration.as_ref()) {
+                told.changed.remove(name);
+            }
             let made = difference(&graph, &robot.model.graph());
             last = self.evaluate(robot.model(), setting, round + 1, self.until(round, budget))?;
             run.effort += effort;
@@ -162,6 +171,15 @@ impl Surroundings<'_> {
         let Rollout { last, last_reference, interrupted, .. } = rollout;
         Ok(Some(Failure { snapshot, trigger, last, last_reference, interrupted }))
     }
+}
+
+/// The skills that a setting does in another way than the original task.
+fn changed(setting: &Setting) -> BTreeSet<Arc<str>> {
+    let is_changed = |skill: &&Skill| {
+        let original = setting.original_skills.iter().find(|original| original.name == skill.name);
+        original.is_some_and(|original| original.keyframes != skill.keyframes)
+    };
+    setting.skills.iter().filter(is_changed).map(|skill| skill.name.as_str().into()).collect()
 }
 
 /// The names of a model's demonstrations, in the order in which it learned them.

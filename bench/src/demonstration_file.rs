@@ -39,6 +39,7 @@
 //! | `gripper` | what the gripper is told from this keyframe on: its opening from 0 (closed) to 1 (open), or `{"open": metres}`, or `{"close": newtons}` |
 //! | `hold` | seconds of rest at the keyframe; 0 where it is left out |
 //! | `state` | the world *before* the motion to this keyframe, one number a feature |
+//! | `narration` | what the teacher calls what is being done; may be left out: few methods listen |
 //! | `final_state` | the world after the last keyframe |
 //!
 //! A key that is not in this list, one that is missing and one that appears twice are mistakes, as are quaternions whose
@@ -120,6 +121,8 @@ struct FileKeyframe {
     #[serde(default)]
     hold: f64,
     state: Vec<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    narration: Option<String>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -248,6 +251,7 @@ fn keyframe(keyframe: &FileKeyframe, schema: &Schema, key: &str) -> Result<Keyfr
         gripper: keyframe.gripper.0,
         hold: keyframe.hold,
         state: state(&keyframe.state, schema, format!("{key}.state"))?,
+        narration: keyframe.narration.as_deref().map(Into::into),
     })
 }
 
@@ -394,6 +398,7 @@ pub fn render(demonstration: &Demonstration, schema: &Schema, before: &Before) -
         gripper: FileGripper(keyframe.gripper),
         hold: keyframe.hold,
         state: keyframe.state.values().to_vec(),
+        narration: keyframe.narration.as_deref().map(str::to_owned),
     };
     let file = File {
         name: demonstration.name().to_string(),

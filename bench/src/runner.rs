@@ -1,6 +1,7 @@
 //! All runs of a protocol: in parallel, written as they finish, resumable.
 
-use std::collections::BTreeSet;
+use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
@@ -16,7 +17,7 @@ use crate::error::BenchError;
 use crate::ledger::Ledger;
 use crate::protocol::Protocol;
 use crate::record::{Identity, Key, Record};
-use crate::session::Surroundings;
+use crate::session::{Surroundings, Taught};
 use crate::synthetic::Parameters;
 
 /// Which of a protocol's runs to do: of each list all that it names, everything where it is empty.
@@ -249,25 +250,49 @@ impl Plan {
                     }
                 }
             }
-            let is_left = !(singles.is_empty() && sequences.is_empty());
-            let Some(first) = self.methods.first().filter(|_| is_left) else { return Ok(()) };
+            let left: Vec<&dyn Method> = singles
+                .iter()
+                .flat_map(|(_, methods)| methods.iter().copied())
+                .chain(sequences.iter().map(|(_, _, method, _)| *method))
+                .collect();
+            if left.is_empty() {
+                return Ok(());
+            }
             progress.at(&format!(
                 "{}, {}, seed {}: teaching",
                 group.original.task,
                 group.teacher.profile().name,
                 group.seed
             ));
-            let taught = surroundings.teach(&group.original, &**first)?;
+            let standard = method::standard();
+            let taught = surroundings.teach(&group.original, &*standard)?;
+            // Each model of the original task is evaluated once, whoever shares it.
+            let mut originals: BTreeMap<&str, (&dyn Method, Taught)> = BTreeMap::new();
+            for method in left {
+                if let Entry::Vacant(entry) = originals.entry(method.original()) {
+                    let is_standard = method.original() == standard.original();
+                    let taught = if is_standard { taught.clone() } else { surroundings.taught_to(&taught, method)? };
+                    entry.insert((method, taught));
+                }
+            }
             singles.par_iter().try_for_each(|(setting, methods)| {
-                let before = surroundings.before(&taught, setting, &**first)?;
+                let mut befores = BTreeMap::new();
+                for method in methods {
+                    if let Entry::Vacant(entry) = befores.entry(method.original()) {
+                        let (owner, taught) = &originals[method.original()];
+                        entry.insert((taught, surroundings.before(taught, setting, *owner)?));
+                    }
+                }
                 methods.par_iter().try_for_each(|method| {
                     progress.at(&Identity::Run(surroundings.key(setting, *method)).to_string());
-                    write(Record::Run(surroundings.run(setting, *method, &taught, &before)?))
+                    let (taught, before) = &befores[method.original()];
+                    write(Record::Run(surroundings.run(setting, *method, taught, before)?))
                 })
             })?;
             sequences.par_iter().try_for_each(|(name, settings, method, left)| {
                 progress.at(&Identity::Run(surroundings.stage_key(name, 0, &settings[0], *method)).to_string());
-                let runs = surroundings.run_sequence(name, settings, *method, &taught)?;
+                let taught = &originals[method.original()].1;
+                let runs = surroundings.run_sequence(name, settings, *method, taught)?;
                 let left = runs.into_iter().enumerate().filter(|(index, _)| left.contains(index));
                 left.map(|(_, run)| run).try_for_each(|run| write(Record::Run(run)))
             })

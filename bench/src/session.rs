@@ -41,6 +41,7 @@ pub struct Surroundings<'a> {
 }
 
 /// An original task as it was taught to one seed's robot.
+#[derive(Clone)]
 pub struct Taught {
     original: Arc<Setting>,
     pub(crate) demonstrations: Vec<Demonstration>,
@@ -81,7 +82,12 @@ impl Surroundings<'_> {
             let shown = self.teacher.demonstrate(&name, Kind::Original, schema, &mut episode, seed, &mut |_| {})?;
             if let (true, Some(demonstration)) = (shown.clean, shown.demonstration) {
                 if let Some(archive) = self.archive {
-                    archive.write(&format!("{}/full-{index}", self.folder(setting)), &demonstration, schema, &Before::default())?;
+                    archive.write(
+                        &format!("{}/full-{index}", self.folder(setting)),
+                        &demonstration,
+                        schema,
+                        &Before::default(),
+                    )?;
                 }
                 return Ok(Some((demonstration, effort_of(&shown.effort))));
             }
@@ -125,7 +131,17 @@ impl Surroundings<'_> {
         Ok(taught)
     }
 
-    /// The original model on the changed task: what every method starts from. Nothing is rolled out where there is no such model.
+    /// The same lesson with the success rate of a method that makes a model of its own of it.
+    pub fn taught_to(&self, taught: &Taught, method: &dyn Method) -> Result<Taught, BenchError> {
+        if !taught.reached {
+            return Ok(taught.clone());
+        }
+        let model = method.teach(&convert::schema(&taught.original)?, &taught.demonstrations, self.learner_seed())?;
+        let rate = self.evaluate(&*model, &taught.original, taught.round, Until::Done)?.rate;
+        Ok(Taught { rate, ..taught.clone() })
+    }
+
+    /// The original model on the changed task: what a method starts from. Nothing is rolled out where there is no such model.
     pub fn before(
         &self,
         taught: &Taught,
@@ -148,6 +164,10 @@ impl Surroundings<'_> {
         before: &Evaluation,
     ) -> Result<Run, BenchError> {
         let mut run = begun(self.key(setting, method), taught);
+        if !method.edits().contains(&run.key.edit) {
+            run.outcome = Outcome::NotApplicable;
+            return Ok(run);
+        }
         if !taught.reached {
             return Ok(run);
         }
@@ -194,7 +214,10 @@ impl Surroundings<'_> {
                 };
                 let before = self.evaluate(robot.model(), setting, 0, Until::Done)?;
                 run.before = Some(before.rate);
+                // What it cannot mend it is not corrected for; the model goes on to the next stage as it is.
+                let is_applicable = method.edits().contains(&run.key.edit);
                 let last = match method.role() {
+                    _ if !is_applicable => before,
                     Role::Correct => self.correct(robot, setting, &before, &mut run)?,
                     Role::FromScratch | Role::Control => before,
                 };
@@ -205,6 +228,9 @@ impl Surroundings<'_> {
                     run.earlier.insert(earlier.variation.clone().unwrap_or_default(), evaluation.rate);
                 }
                 self.finish(&mut run, last);
+                if !is_applicable {
+                    run.outcome = Outcome::NotApplicable;
+                }
             }
             runs.push(run);
         }

@@ -220,6 +220,7 @@ impl Automaton {
                     gripper,
                     hold: 0.0,
                     state: state.clone(),
+                    narration: None,
                 });
             }
         }
@@ -322,7 +323,9 @@ mod tests {
                 for edit in Edit::ALL {
                     let planted = automaton.plant(edit, seed).unwrap();
                     let mut model = model.boxed();
-                    let trace = model.correct(Correction::after(planted.last(&before).unwrap(), &planted.demonstration)).unwrap();
+                    let trace = model
+                        .correct(Correction::after(planted.last(&before).unwrap(), &planted.demonstration))
+                        .unwrap();
                     let made = difference(&before, &model.graph()).edit();
                     let expected = if name == "situ" { edit } else { planted.made_by_retraining() };
                     assert_eq!(made, expected, "{name}, {nodes} nodes, seed {seed}: {trace:?}");

@@ -7,6 +7,7 @@ use std::process::Command;
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
+use situ::edit::Edit;
 use situ_bench::error::BenchError;
 use situ_bench::ledger::{self, Ledger};
 use situ_bench::protocol::Protocol;
@@ -81,6 +82,27 @@ fn one_thread_and_two_write_the_same_records() {
     assert_eq!(of("no_update").after.unwrap().successes, 0);
     assert_eq!(of("situ").corrections.len(), 1);
     assert_eq!(of("situ").outcome, Outcome::Reached);
+}
+
+/// What a method does must not depend on whom it is run beside: not even where its model of the original task is its own. What it cannot do is
+/// said, and nothing is rolled out for it.
+#[test]
+fn a_method_does_the_same_in_any_company() {
+    let folder = tempfile::tempdir().unwrap();
+    let of = |names: &[&str], file: &str| {
+        let methods = names.iter().map(|name| (*name).to_owned()).collect();
+        let filter = Filter { variations: vec!["bump".to_owned()], methods, ..Filter::default() };
+        run(&plan(&filter, &Roster::builtin().unwrap()), &folder.path().join(file), 2).unwrap()
+    };
+    let alone = of(&["narrated_hierarchy"], "alone.jsonl");
+    let together = of(&["keyframe_model", "narrated_hierarchy", "oracle_edit"], "together.jsonl");
+    assert_eq!((alone.len(), together.len()), (1, 3));
+    let runs: Vec<_> = together.iter().filter_map(Record::single_run).collect();
+    let [refined, narrated, oracle] = runs[..] else { panic!("{together:?}") };
+    assert_eq!(Some(narrated), alone[0].single_run());
+    assert!(narrated.outcome.counts() && narrated.original_rate.unwrap().rollouts > 0);
+    assert_eq!((&refined.outcome, refined.before, refined.after), (&Outcome::NotApplicable, None, None));
+    assert_eq!((&oracle.outcome, oracle.corrections[0].edit_made), (&Outcome::Reached, Edit::EdgeAddition));
 }
 
 #[test]

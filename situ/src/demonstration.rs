@@ -133,6 +133,8 @@ pub struct Keyframe {
     pub hold: f64,
     /// The world before the motion to this keyframe (decision D0).
     pub state: State,
+    /// What the teacher calls what is being done, where the teacher says so. SITU does not listen; some of those it is compared with do.
+    pub narration: Option<Arc<str>>,
 }
 
 /// Whether a demonstration shows the whole task or mends a failure.
@@ -253,4 +255,11 @@ pub struct Segment {
     pub start: State,
     /// At least one keyframe, relative to the reference object.
     pub keyframes: Vec<RelativeKeyframe>,
+    /// What the teacher called it: one name, or several joined by [`SEVERAL`] where skills on one object follow each other. None unless every
+    /// keyframe was named.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub narration: Option<Arc<str>>,
 }
+
+/// Between the names of skills that are one segment.
+pub const SEVERAL: &str = " + ";

@@ -43,6 +43,16 @@ pub enum SituError {
         /// The field.
         what: String,
     },
+    /// A demonstration that does not say what a method has to be told.
+    #[error("demonstration `{demonstration}`: {method} {missing}")]
+    Untold {
+        /// Its name.
+        demonstration: String,
+        /// The method.
+        method: &'static str,
+        /// What it needs.
+        missing: &'static str,
+    },
     /// A node that the model does not hold.
     #[error("the task model has no node {0}")]
     UnknownNode(NodeId),

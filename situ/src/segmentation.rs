@@ -1,6 +1,8 @@
-//! Segmentation of a keyframe demonstration by change of reference object (paper, "Segmentation").
+//! Segmentation of a keyframe demonstration by change of reference object (paper, "Segmentation"), or by what the teacher says.
 
-use crate::demonstration::{Demonstration, RelativeKeyframe, Segment};
+use std::sync::Arc;
+
+use crate::demonstration::{Demonstration, Keyframe, RelativeKeyframe, SEVERAL, Segment};
 
 /// Splits a demonstration wherever the named reference object changes.
 ///
@@ -8,23 +10,36 @@ use crate::demonstration::{Demonstration, RelativeKeyframe, Segment};
 /// an object that moves with the hand would otherwise make the lift after a grasp vanish (decision D0b). Consecutive
 /// skills on one object become one segment (decision D0c). A demonstration has a keyframe, so there is at least one segment.
 pub fn by_reference_object(demonstration: &Demonstration) -> Vec<Segment> {
-    demonstration
-        .keyframes()
-        .chunk_by(|left, right| left.reference == right.reference)
-        .map(|run| {
-            let frame = run[0].reference_pose.inverse();
-            Segment {
-                reference: run[0].reference.clone(),
-                start: run[0].state.clone(),
-                keyframes: run
-                    .iter()
-                    .map(|keyframe| RelativeKeyframe {
-                        pose: frame * keyframe.gripper_pose,
-                        gripper: keyframe.gripper,
-                        hold: keyframe.hold,
-                    })
-                    .collect(),
-            }
-        })
-        .collect()
+    demonstration.keyframes().chunk_by(|left, right| left.reference == right.reference).map(segment).collect()
+}
+
+/// Splits a demonstration wherever the reference object or the teacher's name for what is being done changes.
+pub fn by_narration(demonstration: &Demonstration) -> Vec<Segment> {
+    let is_one =
+        |left: &Keyframe, right: &Keyframe| left.reference == right.reference && left.narration == right.narration;
+    demonstration.keyframes().chunk_by(is_one).map(segment).collect()
+}
+
+/// A segment of a run of keyframes about one reference object.
+fn segment(run: &[Keyframe]) -> Segment {
+    let frame = run[0].reference_pose.inverse();
+    Segment {
+        reference: run[0].reference.clone(),
+        start: run[0].state.clone(),
+        keyframes: run
+            .iter()
+            .map(|keyframe| RelativeKeyframe {
+                pose: frame * keyframe.gripper_pose,
+                gripper: keyframe.gripper,
+                hold: keyframe.hold,
+            })
+            .collect(),
+        narration: narration(run),
+    }
+}
+
+fn narration(run: &[Keyframe]) -> Option<Arc<str>> {
+    let mut names = run.iter().map(|keyframe| keyframe.narration.as_deref()).collect::<Option<Vec<&str>>>()?;
+    names.dedup();
+    Some(names.join(SEVERAL).into())
 }

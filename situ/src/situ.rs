@@ -20,14 +20,15 @@ use crate::trace::{Branch, Counters, Step, Trace};
 /// on the size of the model, but for the scan of A1.6.
 ///
 /// # Errors
-/// Where the last primitive is END or not in the model, or the interrupted one is not, or the learner refuses a segment; the model is lost then: clone it before.
+/// Where the last primitive is END or not in the model, or the interrupted one is not, or the learner refuses a segment; the model is lost
+/// then: clone it before.
 pub fn situ<L: Learner>(
     correction: Correction<'_>,
     mut model: TaskModel<L>,
     learner: &L,
     decisions: &Decisions,
 ) -> Result<(TaskModel<L>, Trace), SituError> {
-    let Correction { last, mut interrupted, demonstration } = correction;
+    let Correction { last, mut interrupted, demonstration, told: _ } = correction;
     let mut trace = Trace::default();
     let origin = model.origin(last)?;
     interrupted.map(|id| model.node(id)).transpose()?;
@@ -46,29 +47,80 @@ pub fn situ<L: Learner>(
         trace.steps.push(step);
     }
     if demonstration.carried_to_end() {
-        // D11: the listing has no END. The final state is a positive of END, and where siblings are told (D3), a
-        // negative of theirs.
-        let index = segments[0].demonstration;
-        let mut stale = BTreeSet::from([Place::End]);
-        let siblings: BTreeSet<Place> = model.children(a).filter(|child| *child != Place::End).collect();
-        model.add_final(index);
-        let n = model.starts(siblings.iter().copied().chain(decisions.background.neighbours.then_some(a)));
-        model.add_negatives(Place::End, &n, true);
-        if decisions.push_to_siblings {
-            let s = BTreeSet::from([SampleId::Final(index)]);
-            stale.extend(siblings.into_iter().filter(|sibling| model.add_negatives(*sibling, &s, true)));
-        }
-        model.add_edge(a, Place::End);
-        model.fit_classifiers(learner, &stale, &mut trace.counters)?;
+        end(a, segments[0].demonstration, &mut model, learner, decisions, &mut trace.counters)?;
     }
     Ok((model, trace))
 }
 
-/// D18: the primitive that the segment shows another way of doing, if any, and whether that way is to replace the primitive's own.
+/// D11: the listing has no END. The final state of a demonstration that was carried on to the end is a positive of END, and where siblings
+/// are told (D3), a negative of theirs; `a` is the primitive that ran last.
+pub(crate) fn end<L: Learner>(
+    a: Place,
+    demonstration: u32,
+    model: &mut TaskModel<L>,
+    learner: &L,
+    decisions: &Decisions,
+    counters: &mut Counters,
+) -> Result<(), SituError> {
+    let mut stale = BTreeSet::from([Place::End]);
+    let siblings: BTreeSet<Place> = model.children(a).filter(|child| *child != Place::End).collect();
+    model.add_final(demonstration);
+    let n = model.starts(siblings.iter().copied().chain(decisions.background.neighbours.then_some(a)));
+    model.add_negatives(Place::End, &n, true);
+    if decisions.push_to_siblings {
+        let s = BTreeSet::from([SampleId::Final(demonstration)]);
+        stale.extend(siblings.into_iter().filter(|sibling| model.add_negatives(*sibling, &s, true)));
+    }
+    model.add_edge(a, Place::End);
+    model.fit_classifiers(learner, &stale, counters)
+}
+
+/// D18: the primitives on the segment's object that it can be showing another way of, the likeliest first: the one that was interrupted,
+/// the child of `a` that would have run, and then `a` itself.
+pub(crate) fn suspects<L: Learner>(
+    model: &TaskModel<L>,
+    a: Place,
+    interrupted: Option<NodeId>,
+    segment: &Segment,
+    rule: &Modify,
+) -> Result<Vec<NodeId>, SituError> {
+    let nodes = model.children(a).filter(|child| matches!(child, Place::Node(_)));
+    let likely = nodes
+        .map(|child| (model.probability(child, &segment.start), child))
+        .reduce(|best, other| if other.0 > best.0 { other } else { best });
+    let likely = likely.filter(|(probability, _)| *probability >= rule.min_probability).map(|(_, child)| child);
+    let mut suspects = Vec::new();
+    for place in interrupted.map(Place::Node).into_iter().chain(likely).chain([a]) {
+        if let Place::Node(y) = place
+            && model.node(y)?.reference == segment.reference
+        {
+            suspects.push(y);
+        }
+    }
+    Ok(suspects)
+}
+
+/// D18: the first of the suspects that is not too far from the segment, whose own policy this is.
+pub(crate) fn near_enough<L: Learner>(
+    model: &TaskModel<L>,
+    suspects: &[NodeId],
+    own: &L::Policy,
+    learner: &L,
+    rule: &Modify,
+    counters: &mut Counters,
+) -> Result<Option<NodeId>, SituError> {
+    for y in suspects {
+        if learner.distance(&model.node(*y)?.policy, own, counters) <= rule.max_distance {
+            return Ok(Some(*y));
+        }
+    }
+    Ok(None)
+}
+
+/// D18: the primitive that the segment is an instance of or shows another way of doing, if any, and whether that way is to replace its own.
 ///
-/// Of a match `i`, the match itself, where the two are far apart. Of an unmatched segment, the primitive that was interrupted, the child of
-/// `a` that would have run, and then `a` itself: the first of them that is on the same object and not too far from the segment. It is
-/// replaced where the segment is far from it; where it is not, what sets the two apart is noise, and the segment is one more instance.
+/// It is the match `i`, and of an unmatched segment the first suspect that is near enough. The policy is replaced where the segment is
+/// displaced from it; where it is not, what sets the two apart is noise, and the segment is one more instance.
 #[expect(clippy::too_many_arguments, reason = "what a line of the listing knows")]
 fn another_way<L: Learner>(
     model: &TaskModel<L>,
@@ -80,28 +132,13 @@ fn another_way<L: Learner>(
     learner: &L,
     rule: &Modify,
     counters: &mut Counters,
-) -> Result<Option<(NodeId, Branch)>, SituError> {
-    let branch = |y: NodeId| -> Result<Branch, SituError> {
-        let is_far = learner.displacement(&model.node(y)?.policy, own) >= rule.min_displacement;
-        Ok(if is_far { Branch::Modify } else { Branch::Existing })
+) -> Result<Option<(NodeId, bool)>, SituError> {
+    let y = match i {
+        Some(i) => Some(i),
+        None => near_enough(model, &suspects(model, a, interrupted, segment, rule)?, own, learner, rule, counters)?,
     };
-    if let Some(y) = i {
-        return Ok(Some((y, branch(y)?)));
-    }
-    let nodes = model.children(a).filter(|child| matches!(child, Place::Node(_)));
-    let likely = nodes
-        .map(|child| (model.probability(child, &segment.start), child))
-        .reduce(|best, other| if other.0 > best.0 { other } else { best });
-    let likely = likely.filter(|(probability, _)| *probability >= rule.min_probability).map(|(_, child)| child);
-    for place in interrupted.map(Place::Node).into_iter().chain(likely).chain([a]) {
-        if let Place::Node(y) = place
-            && model.node(y)?.reference == segment.reference
-            && learner.distance(&model.node(y)?.policy, own, counters) <= rule.max_distance
-        {
-            return Ok(Some((y, branch(y)?)));
-        }
-    }
-    Ok(None)
+    let Some(y) = y else { return Ok(None) };
+    Ok(Some((y, learner.displacement(&model.node(y)?.policy, own) >= rule.min_displacement)))
 }
 
 /// A2.1: one segment `d`, whose start state is `s`, folded in after `a`, the applicable primitives being `z_set`.
@@ -117,68 +154,27 @@ fn local_update<L: Learner>(
     let mut counters = Default::default();
     let model_size = model.len();
     let segment = model.segment(d).clone();
-    let s = SampleId::Start(d);
-    let subtract = decisions.subtract_own_positives;
 
     // Paper, "Find Policy": a model of d alone comes first; it is the π of A2.8 where d turns out to be new.
     let own = learner.fit_policy(&[&segment], &mut counters)?;
     // A2.2 and A2.4: Cluster and Find-Policy in one (D4, D10).
     let found = candidates::find(model, &segment, &own, z_set, learner, decisions, &mut counters)?;
     // A2.3: Local-Reconnect; `a` and the match may have been merged into another node (D9).
-    let renamed = model.local_reconnect(learner, &found.groups, subtract, &mut counters)?;
+    let renamed = model.local_reconnect(learner, &found.groups, decisions.subtract_own_positives, &mut counters)?;
     let now = |id: NodeId| renamed.get(&id).copied().unwrap_or(id);
     let a = if let Place::Node(id) = a { Place::Node(now(id)) } else { a };
-    let mut i = found.node.map(now);
-    let mut branch = if i.is_some() { Branch::Existing } else { Branch::New };
-
-    if let Some(rule) = decisions.modify {
-        let interrupted = interrupted.map(now);
-        let way = another_way(model, a, interrupted, i, &segment, &own, learner, &rule, &mut counters)?; // D18
-        if let Some((y, of)) = way {
-            (i, branch) = (Some(y), of);
-        }
-    }
-
-    // What else begins after `a`: the negatives of line 7, and whom D3 tells.
-    let siblings: BTreeSet<Place> = model.children(a).filter(|child| i.map(Place::Node) != Some(*child)).collect();
-    let mut stale = BTreeSet::new();
-    let z = match i {
-        // A2.5: i = ∅
-        None => {
-            let p = BTreeSet::from([s]); // A2.6
-            let mut n = model.starts(siblings.iter().copied()); // A2.7
-            n.extend(model.background(decisions.background, [a].into_iter(), &p)); // D2
-            let samples = Samples { positives: p.clone(), negatives: n };
-            let classifier = model.fit_samples(learner, &samples, &mut counters)?; // A2.9
-            model.add_node(BTreeSet::from([d]), own, samples, classifier) // A2.8, A2.10, A2.11
-        }
-        // A2.14
-        Some(z) => {
-            // A2.15 is the pattern; A2.16: p ← s, which `adopt` adds with d.
-            let mut n = BTreeSet::new();
-            for r in model.parents(Place::Node(z)).chain([a]) {
-                let others = model.children(r).filter(|child| !subtract || *child != Place::Node(z)); // D1
-                n.extend(model.starts(others)); // A2.17: S(children(a) ∪ ⋃ children(r))
-            }
-            if decisions.background.neighbours {
-                n.extend(model.starts([a].into_iter())); // D2
-            }
-            model.adopt(z, d, branch == Branch::Modify)?;
-            model.fit_policy(learner, z, &mut counters)?; // A2.18
-            model.add_negatives(Place::Node(z), &n, subtract);
-            stale.insert(Place::Node(z)); // A2.19, below
-            z
-        }
+    let (i, interrupted) = (found.node.map(now), interrupted.map(now));
+    let way = match &decisions.modify {
+        Some(rule) => another_way(model, a, interrupted, i, &segment, &own, learner, rule, &mut counters)?, // D18
+        None => i.map(|i| (i, false)),
     };
-    model.place(d, z);
-    let edge_added = model.add_edge(a, Place::Node(z)); // A2.12, A2.20
-    if decisions.push_to_siblings {
-        let s = BTreeSet::from([s]);
-        stale.extend(siblings.into_iter().filter(|sibling| model.add_negatives(*sibling, &s, true))); // D3
-    }
-    counters.nodes_touched += 1 + stale.iter().filter(|place| **place != Place::Node(z)).count() as u64;
-    model.fit_classifiers(learner, &stale, &mut counters)?; // A2.19 and D3
-    // A2.13, A2.21
+    let target = match way {
+        None => Target::New(own),
+        Some((z, true)) => Target::Modify(z),
+        Some((z, false)) => Target::Existing(z),
+    };
+    let branch = target.branch();
+    let (z, edge_added) = commit(a, d, target, model, learner, decisions, &mut counters)?;
     Ok(Step {
         reference: segment.reference.to_string(),
         applicable: z_set.len(),
@@ -192,4 +188,84 @@ fn local_update<L: Learner>(
         merged: found.groups.iter().map(|group| (group.clone(), now(group[0]))).collect(),
         counters,
     })
+}
+
+/// Where a segment belongs.
+pub(crate) enum Target<P> {
+    /// To no primitive that there is: a new one, with this policy.
+    New(P),
+    /// To this one, as one more instance.
+    Existing(NodeId),
+    /// To this one, whose policy it replaces (D18).
+    Modify(NodeId),
+}
+
+impl<P> Target<P> {
+    /// The branch of Algorithm 2 that leads there.
+    pub(crate) fn branch(&self) -> Branch {
+        match self {
+            Self::New(_) => Branch::New,
+            Self::Existing(_) => Branch::Existing,
+            Self::Modify(_) => Branch::Modify,
+        }
+    }
+}
+
+/// A2.5 to A2.21: one segment `d`, placed after `a` in the primitive that it belongs to. Returns that primitive, and whether the edge to it is new.
+pub(crate) fn commit<L: Learner>(
+    a: Place,
+    d: SegmentId,
+    target: Target<L::Policy>,
+    model: &mut TaskModel<L>,
+    learner: &L,
+    decisions: &Decisions,
+    counters: &mut Counters,
+) -> Result<(NodeId, bool), SituError> {
+    let s = SampleId::Start(d);
+    let subtract = decisions.subtract_own_positives;
+    let replaces = target.branch() == Branch::Modify;
+    let i = match &target {
+        Target::New(_) => None,
+        Target::Existing(z) | Target::Modify(z) => Some(*z),
+    };
+    // What else begins after `a`: the negatives of line 7, and whom D3 tells.
+    let siblings: BTreeSet<Place> = model.children(a).filter(|child| i.map(Place::Node) != Some(*child)).collect();
+    let mut stale = BTreeSet::new();
+    let z = match target {
+        // A2.5: i = ∅
+        Target::New(own) => {
+            let p = BTreeSet::from([s]); // A2.6
+            let mut n = model.starts(siblings.iter().copied()); // A2.7
+            n.extend(model.background(decisions.background, [a].into_iter(), &p)); // D2
+            let samples = Samples { positives: p.clone(), negatives: n };
+            let classifier = model.fit_samples(learner, &samples, counters)?; // A2.9
+            model.add_node(BTreeSet::from([d]), own, samples, classifier) // A2.8, A2.10, A2.11
+        }
+        // A2.14
+        Target::Existing(z) | Target::Modify(z) => {
+            // A2.15 is the pattern; A2.16: p ← s, which `adopt` adds with d.
+            let mut n = BTreeSet::new();
+            for r in model.parents(Place::Node(z)).chain([a]) {
+                let others = model.children(r).filter(|child| !subtract || *child != Place::Node(z)); // D1
+                n.extend(model.starts(others)); // A2.17: S(children(a) ∪ ⋃ children(r))
+            }
+            if decisions.background.neighbours {
+                n.extend(model.starts([a].into_iter())); // D2
+            }
+            model.adopt(z, d, replaces)?;
+            model.fit_policy(learner, z, counters)?; // A2.18
+            model.add_negatives(Place::Node(z), &n, subtract);
+            stale.insert(Place::Node(z)); // A2.19, below
+            z
+        }
+    };
+    model.place(d, z);
+    let edge_added = model.add_edge(a, Place::Node(z)); // A2.12, A2.20
+    if decisions.push_to_siblings {
+        let s = BTreeSet::from([s]);
+        stale.extend(siblings.into_iter().filter(|sibling| model.add_negatives(*sibling, &s, true))); // D3
+    }
+    counters.nodes_touched += 1 + stale.iter().filter(|place| **place != Place::Node(z)).count() as u64;
+    model.fit_classifiers(learner, &stale, counters)?; // A2.19 and D3
+    Ok((z, edge_added)) // A2.13, A2.21
 }

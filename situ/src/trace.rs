@@ -106,7 +106,7 @@ pub struct Step {
 /// What one update did.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Trace {
-    /// One step a segment; empty for a full retraining, which has none.
+    /// One step a segment; empty for a full retraining and for the refinement of single primitives, which have none.
     pub steps: Vec<Step>,
     /// All the work, the steps' and what belongs to no step (END).
     pub counters: Counters,

@@ -254,7 +254,7 @@ fn d18_what_was_interrupted_is_the_first_to_be_shown_another_way() {
     // Half way through B the world looks like nothing in which B begins; another segment of the correction comes after it.
     let shown = spelt(&[(1, 6.0, 40.0), (2, 6.0, 41.0)], 0.0, false);
     let correct = |interrupted| {
-        let correction = Correction { last: Place::Node(a), interrupted, demonstration: &shown };
+        let correction = Correction { interrupted, ..Correction::after(Place::Node(a), &shown) };
         situ::situ::situ(correction, model.0.clone(), &model.1, &decisions).unwrap()
     };
     let branches = |interrupted| correct(interrupted).1.steps.iter().map(|step| step.branch).collect::<Vec<_>>();

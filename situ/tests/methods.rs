@@ -10,6 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use situ::correction::Correction;
 use situ::decisions::Decisions;
 use situ::demonstration::{Demonstration, Feature, Schema, State};
+use situ::edit::difference;
 use situ::error::SituError;
 use situ::keyframe::parameters::KeyframeParameters;
 use situ::keyframe::policy::Execution;
@@ -144,6 +145,9 @@ fn every_method_teaches_corrects_and_repeats_itself() {
                 let (graph, json) = (model.graph(), model.to_json());
                 let correction = task.correction(planted, draw, CAREFUL, end);
                 let last = correction.last_in(&graph);
+                let told = correction.told();
+                let after =
+                    |last| Correction { told: Some(&told), ..Correction::after(last, &correction.demonstration) };
 
                 // What cannot be is refused, and changes nothing.
                 let mut refuse = |last, expected| {
@@ -156,19 +160,18 @@ fn every_method_teaches_corrects_and_repeats_itself() {
                 refuse(Place::End, SituError::NotExecutable(Place::End));
                 let stranger = NodeId(1 + graph.nodes.iter().map(|node| node.id.0).max().unwrap());
                 refuse(Place::Node(stranger), SituError::UnknownNode(stranger));
-                let interrupted = Correction {
-                    interrupted: Some(stranger),
-                    ..Correction::after(Place::Start, &correction.demonstration)
-                };
+                let interrupted = Correction { interrupted: Some(stranger), ..after(Place::Start) };
                 assert_eq!(model.correct(interrupted), Err(SituError::UnknownNode(stranger)), "{name}");
                 assert_eq!(model.to_json(), json, "{name}: an error leaves the model as it was");
 
                 // A copy knows nothing of what its original learns.
                 let copy = model.boxed();
-                let trace = model.correct(Correction::after(last, &correction.demonstration)).unwrap();
+                let trace = model.correct(after(last)).unwrap();
                 assert_eq!((copy.graph(), copy.to_json()), (graph, json), "{name}");
                 let changed = model.to_json() != copy.to_json();
                 assert_eq!(changed, method.role() != Role::Control, "{name}: corrections are learnt, but by controls");
+                let made = difference(&copy.graph(), &model.graph()).edit();
+                assert!(method.edits().contains(&made), "{name}: {made} is none of its edits");
                 states.push(serde_json::json!([model.to_json(), trace]));
             }
             check(name, &*model);

@@ -136,10 +136,11 @@ struct Recorder {
     before: situ::demonstration::State,
 }
 
-/// The reference object that the teacher names, and its frame at the beginning of the skill.
+/// What the teacher names: the reference object, with its frame at the beginning of the skill, and the skill.
 struct Named {
     object: Arc<str>,
     frame: Pose,
+    skill: Arc<str>,
 }
 
 impl Recorder {
@@ -152,6 +153,7 @@ impl Recorder {
             gripper: observed_gripper(episode.world().gripper()),
             hold,
             state: std::mem::replace(&mut self.before, after),
+            narration: Some(named.skill.clone()),
         });
     }
 }
@@ -168,8 +170,10 @@ fn perform(
         .reference_pose(&skill.reference)
         .ok_or_else(|| TeacherError::NoReference { skill: skill.name.clone(), reference: skill.reference.clone() })?;
     let slip = mistakes.next_skill();
-    let right = || Named { object: skill.reference.as_str().into(), frame };
-    let named = slip.wrong_reference.and_then(|which| another(episode, &skill.reference, which)).unwrap_or_else(right);
+    let right = || (skill.reference.as_str().into(), frame);
+    let (object, frame_of_object) =
+        slip.wrong_reference.and_then(|which| another(episode, &skill.reference, which)).unwrap_or_else(right);
+    let named = Named { object, frame: frame_of_object, skill: skill.name.as_str().into() };
     for (index, keyframe) in skill.keyframes.iter().enumerate() {
         let mistake = mistakes.next(keyframe.contact, keyframe.gripper.is_some());
         let mut aligned = frame * keyframe.pose;
@@ -220,11 +224,10 @@ fn on_the_way(episode: &Episode, target: &Pose, mistake: &Mistake) -> Vec<Pose> 
 }
 
 /// Another object of the scene, named by mistake; `which` is its place among the others, from 0 to 1. None in a scene of one object.
-fn another(episode: &Episode, right: &str, which: f64) -> Option<Named> {
+fn another(episode: &Episode, right: &str, which: f64) -> Option<(Arc<str>, Pose)> {
     let others = episode.setting().objects.iter().map(|placed| placed.body.name.as_str()).filter(|name| *name != right);
-    let others: Vec<Named> = others
-        .filter_map(|name| episode.reference_pose(name).map(|frame| Named { object: name.into(), frame }))
-        .collect();
+    let others: Vec<(Arc<str>, Pose)> =
+        others.filter_map(|name| episode.reference_pose(name).map(|frame| (name.into(), frame))).collect();
     let place = (which * others.len() as f64) as usize;
     others.into_iter().nth(place)
 }

@@ -131,9 +131,8 @@ pub fn learn(
             node.map(Some).ok_or_else(|| file.refuse(&format!("{key}.segment"), problem()))
         });
         let correction = Correction {
-            last: last?.map_or(Place::Start, Place::Node),
             interrupted: interrupted?,
-            demonstration: &file.demonstration,
+            ..Correction::after(last?.map_or(Place::Start, Place::Node), &file.demonstration)
         };
         let trace = learned.correct(correction).map_err(|source| refuse(file, source))?;
         let after = learned.graph();

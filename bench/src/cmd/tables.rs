@@ -44,6 +44,8 @@ pub enum TableName {
     Edits,
     /// What an update costs.
     T4,
+    /// What a corrected model still does.
+    T5,
 }
 
 impl From<TableName> for Kind {
@@ -52,6 +54,7 @@ impl From<TableName> for Kind {
             TableName::T1 => Self::Effort,
             TableName::Edits => Self::Edits,
             TableName::T4 => Self::Cost,
+            TableName::T5 => Self::Retention,
         }
     }
 }

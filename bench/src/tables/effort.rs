@@ -12,7 +12,8 @@ use crate::stats;
 /// The method that others are compared with, and whose demonstrations are full ones.
 const FROM_SCRATCH: &str = "from_scratch";
 
-const NOTE: &str = "A row is a cell over its seeds. Untaught and spoilt runs are counted apart and enter nothing else. Success is \
+const NOTE: &str = "A row is a cell over its seeds. Runs of a method that cannot make the edit needed (not applicable), untaught and spoilt runs are \
+counted apart and enter nothing else. Success is \
 pooled over the rollouts of all seeds, with the Wilson 95 % interval. Demonstrations, keyframes, seconds and metres are what \
 was spent until the target success rate was first reached or the budget of demonstrations was used up (restricted mean, 95 % \
 bootstrap interval over seeds); ≥ marks a mean over runs some of which used the budget up. Ratios are to teaching from scratch, \
@@ -33,7 +34,7 @@ const RATIOS: [(&str, usize); 2] = [("demonstrations_ratio", 0), ("keyframes_rat
 fn columns() -> Vec<Column> {
     let text =
         ["protocol", "task", "variation", "edit_needed", "teacher", "method"].map(|name| column(name, Shape::Text));
-    let counts = ["seeds", "untaught", "spoilt"].map(|name| column(name, Shape::Count));
+    let counts = ["seeds", "not_applicable", "untaught", "spoilt"].map(|name| column(name, Shape::Count));
     let rates = ["before", "after", "reached"].map(|name| column(name, Shape::Rate));
     let measures = MEASURES.map(|(name, _, shape)| column(name, shape));
     let ratios = RATIOS.map(|(name, _)| column(name, Shape::Estimate(2)));
@@ -54,9 +55,7 @@ pub(super) fn table(records: &[Record]) -> Table {
     let methods = Methods::listed();
     let mut rows: BTreeMap<Row, Vec<&Run>> = BTreeMap::new();
     for record in records {
-        if let Some(run) = record.single_run()
-            && run.outcome != Outcome::NotApplicable
-        {
+        if let Some(run) = record.single_run() {
             rows.entry(row_of(run, &methods)).or_default().push(run);
         }
     }
@@ -87,6 +86,7 @@ fn cells(row: &Row, runs: &[&Run], partners: &[&Run]) -> Vec<Cell> {
         .map(|word| Cell::Text(word.to_owned()))
         .collect();
     cells.push(Cell::Count(runs.len()));
+    cells.push(outcomes(|outcome| *outcome == Outcome::NotApplicable));
     cells.push(outcomes(|outcome| *outcome == Outcome::Untaught));
     cells.push(outcomes(|outcome| matches!(outcome, Outcome::Spoilt { .. })));
     cells.push(rate(counted.iter().filter_map(|run| run.before)));

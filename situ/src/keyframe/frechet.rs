@@ -7,7 +7,7 @@
 use crate::demonstration::Pose;
 
 /// Length that a radian counts, metres: about the reach of a held object from the gripper.
-const METRES_PER_RADIAN: f64 = 0.1;
+pub(crate) const METRES_PER_RADIAN: f64 = 0.1;
 /// Points a leg of a path is cut into, so that what is between the poses counts, too.
 const POINTS_A_LEG: usize = 4;
 

@@ -43,7 +43,7 @@ const SAMPLED_POSITION: f64 = 0.005;
 /// Greatest standard deviation of a sampled rotation, radians: 2°.
 const SAMPLED_ROTATION: f64 = 2.0 * PI / 180.0;
 /// The 95th percentile of χ² with 6 degrees of freedom: draws beyond it are drawn again.
-const CHI_SQUARED_6_95: f64 = 12.591_587_243_743_977;
+pub(crate) const CHI_SQUARED_6_95: f64 = 12.591_587_243_743_977;
 
 impl KeyframePolicy {
     /// The reference object.
@@ -63,17 +63,24 @@ impl KeyframePolicy {
 
     /// The keyframes of one execution, relative to the reference object: every hidden state once, in order.
     pub fn keyframes(&self, execution: Execution, rng: &mut impl Rng) -> Vec<RelativeKeyframe> {
-        let emissions = self.hmm.emissions.iter().zip(&self.holds);
-        emissions
-            .map(|(emission, hold)| RelativeKeyframe {
-                pose: match execution {
-                    Execution::Mean => emission.mean,
-                    Execution::Sample => pose::exp(&emission.mean, &draw(emission, rng)),
-                },
-                gripper: emission.gripper_command().expect("a policy's model is fitted with gripper commands"),
-                hold: *hold,
-            })
-            .collect()
+        let mut keyframes = self.mean_keyframes();
+        if execution == Execution::Sample {
+            for (keyframe, emission) in keyframes.iter_mut().zip(&self.hmm.emissions) {
+                keyframe.pose = pose::exp(&keyframe.pose, &draw(&emission.scatter, rng));
+            }
+        }
+        keyframes
+    }
+
+    /// The keyframes of the mean execution, one a hidden state.
+    pub fn mean_keyframes(&self) -> Vec<RelativeKeyframe> {
+        let states = self.hmm.emissions.iter().zip(&self.holds);
+        let keyframe = |(emission, hold): (&Emission, &f64)| RelativeKeyframe {
+            pose: emission.mean,
+            gripper: emission.gripper_command().expect("a policy's model is fitted with gripper commands"),
+            hold: *hold,
+        };
+        states.map(keyframe).collect()
     }
 
     /// Whether the gripper is closed when the policy has run to its end (decision D6b).
@@ -89,10 +96,9 @@ impl KeyframePolicy {
 }
 
 /// A draw from the scatter of the data about the mean: shrunk to the greatest deviations, rejected beyond the 95th percentile.
-fn draw(emission: &Emission, rng: &mut impl Rng) -> Tangent {
-    let factor = semidefinite_cholesky(&emission.scatter);
-    let deviation =
-        |from: usize| libm::sqrt((from..from + 3).map(|axis| emission.scatter[(axis, axis)]).fold(0.0, f64::max));
+pub(crate) fn draw(scatter: &Matrix6<f64>, rng: &mut impl Rng) -> Tangent {
+    let factor = semidefinite_cholesky(scatter);
+    let deviation = |from: usize| libm::sqrt((from..from + 3).map(|axis| scatter[(axis, axis)]).fold(0.0, f64::max));
     let shrink = |deviation: f64, greatest: f64| if deviation > greatest { greatest / deviation } else { 1.0 };
     let (position, rotation) = (shrink(deviation(0), SAMPLED_POSITION), shrink(deviation(3), SAMPLED_ROTATION));
     loop {

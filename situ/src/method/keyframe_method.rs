@@ -6,18 +6,20 @@ use std::sync::Arc;
 
 use rand_chacha::ChaCha8Rng;
 
+use super::direct::{self, Rule};
+use super::original::{KEYFRAME_AUTOMATON, keyframe_automaton};
 use super::rebuild::rebuild;
 use super::{Learned, Method, Role};
-use crate::correction::Correction;
+use crate::correction::{Correction, Told};
 use crate::decisions::{Background, Candidates, Decisions};
-use crate::demonstration::{Demonstration, RelativeKeyframe, Schema, State};
+use crate::demonstration::{Demonstration, RelativeKeyframe, Schema, Segment, State};
 use crate::error::SituError;
 use crate::graph::Graph;
 use crate::keyframe::learner::KeyframeLearner;
 use crate::keyframe::parameters::{Activation, Compared, Divergence, KeyframeParameters, Lift, Standardisation};
 use crate::keyframe::policy::Execution;
 use crate::place::{NodeId, Place};
-use crate::segmentation::by_reference_object;
+use crate::segmentation::{by_narration, by_reference_object};
 use crate::situ::situ;
 use crate::task_model::{History, TaskModel};
 use crate::trace::Trace;
@@ -29,8 +31,26 @@ enum Update {
     Situ,
     /// Everything anew.
     Rebuild,
+    /// Without a search for what a segment is.
+    Direct(Rule),
     /// Not at all.
     Nothing,
+}
+
+impl Update {
+    /// A demonstration cut as the method cuts it.
+    fn segments(self, demonstration: &Demonstration) -> Vec<Segment> {
+        match self {
+            Self::Direct(Rule::Narrated) => by_narration(demonstration),
+            _ => by_reference_object(demonstration),
+        }
+    }
+
+    /// Checks that a demonstration says what the method has to hear.
+    fn check(self, method: &'static str, demonstration: &Demonstration, told: Option<&Told>) -> Result<(), SituError> {
+        let Self::Direct(rule) = self else { return Ok(()) };
+        direct::check(rule, method, demonstration, told)
+    }
 }
 
 /// A method over keyframe task models.
@@ -92,6 +112,27 @@ pub fn all() -> Vec<KeyframeMethod> {
             source: OURS,
             role: Role::Control,
             update: Update::Nothing,
+            ..situ
+        },
+        KeyframeMethod {
+            name: "append_only",
+            summary: "each segment of a correction is a new primitive: nothing is clustered",
+            source: OURS,
+            update: Update::Direct(Rule::Append),
+            ..situ
+        },
+        KeyframeMethod {
+            name: "oracle_edit",
+            summary: "told which primitive each segment is and which skills have changed: the upper bound of structure",
+            source: "Kappler, Pastor, Kalakrishnan, Wüthrich and Schaal 2015 (reconstruction)",
+            update: Update::Direct(Rule::Told),
+            ..situ
+        },
+        KeyframeMethod {
+            name: "narrated_hierarchy",
+            summary: "steps are what the teacher calls them, and a step shown again replaces the one before",
+            source: "Mohseni-Kabir, Rich, Chernova, Sidner and Miller 2015 (reconstruction)",
+            update: Update::Direct(Rule::Narrated),
             ..situ
         },
         decided("situ:own_negatives", "D1 as printed: a primitive's positives stay among its negatives", || {
@@ -172,6 +213,13 @@ impl Method for KeyframeMethod {
         self.role
     }
 
+    fn original(&self) -> &'static str {
+        match self.update {
+            Update::Direct(Rule::Narrated) => self.name,
+            _ => KEYFRAME_AUTOMATON,
+        }
+    }
+
     fn teach(
         &self,
         schema: &Schema,
@@ -179,14 +227,13 @@ impl Method for KeyframeMethod {
         seed: u64,
     ) -> Result<Box<dyn Learned>, SituError> {
         demonstrations.iter().try_for_each(|demonstration| demonstration.check_features(schema.len()))?;
-        // Every method starts from the same model, with the default kernels: it takes over at the first correction.
-        let teacher = KeyframeLearner::new(schema, KeyframeParameters::default());
-        let histories = demonstrations
-            .iter()
-            .map(|demonstration| History::new(demonstration, by_reference_object(demonstration), None))
-            .collect();
-        let (model, _) = rebuild(histories, None, &teacher, &Decisions::mended())?;
+        demonstrations.iter().try_for_each(|demonstration| self.update.check(self.name, demonstration, None))?;
+        let model = match self.update {
+            Update::Direct(Rule::Narrated) => direct::named_automaton(schema, demonstrations)?,
+            _ => keyframe_automaton(schema, demonstrations)?,
+        };
         Ok(Box::new(KeyframeTask {
+            method: self.name,
             model,
             learner: KeyframeLearner::new(schema, KeyframeParameters { seed, ..(self.parameters)() }),
             decisions: (self.decisions)(),
@@ -198,6 +245,7 @@ impl Method for KeyframeMethod {
 /// A keyframe task model and the way it is updated.
 #[derive(Clone)]
 struct KeyframeTask {
+    method: &'static str,
     model: TaskModel<KeyframeLearner>,
     learner: KeyframeLearner,
     decisions: Decisions,
@@ -206,22 +254,24 @@ struct KeyframeTask {
 
 impl Learned for KeyframeTask {
     fn correct(&mut self, correction: Correction<'_>) -> Result<Trace, SituError> {
-        let Correction { last, interrupted, demonstration } = correction;
+        let Correction { last, interrupted, demonstration, told } = correction;
         demonstration.check_features(self.learner.features())?;
         let after = self.model.origin(last)?;
         interrupted.map(|id| self.model.node(id)).transpose()?;
+        let segments = self.update.segments(demonstration);
+        self.update.check(self.method, demonstration, told)?;
+        let (learner, decisions) = (&self.learner, &self.decisions);
+        // Taken, not copied: a copy would cost with the size of the model.
+        let nothing = TaskModel::new(*self.model.calibration());
+        let take = || std::mem::replace(&mut self.model, nothing);
         let (model, trace) = match self.update {
             Update::Nothing => return Ok(Trace::default()),
-            Update::Situ => {
-                // Taken, not copied: a copy would cost with the size of the model.
-                let nothing = TaskModel::new(*self.model.calibration());
-                let model = std::mem::replace(&mut self.model, nothing);
-                situ(correction, model, &self.learner, &self.decisions)?
-            }
+            Update::Situ => situ(correction, take(), learner, decisions)?,
+            Update::Direct(rule) => direct::fold(rule, correction, segments, take(), learner, decisions)?,
             Update::Rebuild => {
                 let mut histories = self.model.histories().to_vec();
-                histories.push(History::new(demonstration, by_reference_object(demonstration), after));
-                rebuild(histories, Some(*self.model.calibration()), &self.learner, &self.decisions)?
+                histories.push(History::new(demonstration, segments, after));
+                rebuild(histories, Some(*self.model.calibration()), learner, decisions)?
             }
         };
         self.model = model;

@@ -4,8 +4,13 @@
 //! the conformance test and the tables then know it.
 
 pub mod bp_ar_hmm;
+mod direct;
 pub mod keyframe_method;
+mod original;
 pub mod rebuild;
+pub mod refinement;
+
+pub use original::KEYFRAME_AUTOMATON;
 
 use std::sync::Arc;
 
@@ -13,6 +18,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::correction::Correction;
 use crate::demonstration::{Demonstration, RelativeKeyframe, Schema, State};
+use crate::edit::Edit;
 use crate::error::SituError;
 use crate::graph::Graph;
 use crate::keyframe::policy::Execution;
@@ -43,6 +49,18 @@ pub trait Method: Send + Sync {
 
     /// What it does with a changed task.
     fn role(&self) -> Role;
+
+    /// What the method's model of the original task is called: methods with one word have one model of it, number for number, which is
+    /// evaluated once. A representation of its own has a word of its own.
+    fn original(&self) -> &'static str {
+        self.name()
+    }
+
+    /// The edits that the method can make, whatever it is shown. What needs another is out of its reach by construction and no failure of its
+    /// learning: in the tables such a cell is *not applicable*.
+    fn edits(&self) -> &'static [Edit] {
+        &Edit::ALL
+    }
 
     /// The model of the original task, taught by these demonstrations. `seed` is the root of whatever the method draws
     /// (the Monte Carlo divergences of some); equal seeds give equal models.
@@ -93,7 +111,14 @@ pub trait Learned: Send + Sync {
 /// Every method, in the order of the tables.
 pub fn all() -> Vec<Box<dyn Method>> {
     let keyframe = keyframe_method::all().into_iter().map(|method| Box::new(method) as Box<dyn Method>);
-    keyframe.chain([Box::new(bp_ar_hmm::BpArHmm::default()) as Box<dyn Method>]).collect()
+    let full_retraining = [Box::new(bp_ar_hmm::BpArHmm::default()) as Box<dyn Method>];
+    keyframe.chain(full_retraining).chain(refinement::all()).collect()
+}
+
+/// The method by whose model of the original task it is decided that the task is taught: one for all, or what a method is given would
+/// depend on those that happen to run beside it.
+pub fn standard() -> Box<dyn Method> {
+    named("no_update").expect("it is listed")
 }
 
 /// The method of this name.

@@ -38,6 +38,22 @@ pub fn rebuild<L: Learner>(
     let pooled: Vec<&Segment> =
         histories.iter().flat_map(|history| &history.segments).map(|segment| &**segment).collect();
     let labels = learner.cluster(&pooled, &calibration, &mut counters)?;
+    assemble(histories, &labels, calibration, learner, decisions, counters)
+}
+
+/// Builds a task model whose primitives are known: `labels` has one a segment, in the order of the histories, 0, 1, 2, … in order of first
+/// appearance.
+///
+/// # Errors
+/// Where the learner refuses a segment.
+pub(super) fn assemble<L: Learner>(
+    histories: Vec<History>,
+    labels: &[usize],
+    calibration: L::Calibration,
+    learner: &L,
+    decisions: &Decisions,
+    mut counters: Counters,
+) -> Result<(TaskModel<L>, Trace), SituError> {
     let mut model = TaskModel::new(calibration);
     let mut ids = Vec::with_capacity(labels.len());
     let ends: Vec<u32> =
@@ -46,7 +62,7 @@ pub fn rebuild<L: Learner>(
         ids.extend(model.begin(history));
     }
     let mut clusters: BTreeMap<usize, BTreeSet<SegmentId>> = BTreeMap::new();
-    for (id, label) in ids.iter().zip(&labels) {
+    for (id, label) in ids.iter().zip(labels) {
         clusters.entry(*label).or_default().insert(*id);
     }
     let mut nodes = Vec::new();
@@ -63,7 +79,7 @@ pub fn rebuild<L: Learner>(
         };
         nodes.push(model.add_node(segments.clone(), policy, samples, classifier));
     }
-    for (id, label) in ids.iter().zip(&labels) {
+    for (id, label) in ids.iter().zip(labels) {
         model.place(*id, nodes[*label]);
     }
     model.connect_by_history(&ids.iter().copied().collect());

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use situ::correction::Told;
 use situ::decisions::Decisions;
 use situ::demonstration::{Demonstration, Feature, Gripper, Keyframe, Kind, Pose, Schema, State};
 use situ::edit::Edit;
@@ -50,6 +51,7 @@ pub(crate) struct Noise {
 /// A skill: a path about an object.
 #[derive(Clone, Debug)]
 struct Skill {
+    name: Arc<str>,
     object: usize,
     path: Vec<(Pose, Gripper)>,
 }
@@ -99,6 +101,7 @@ impl Planted {
 /// A correction, and where it begins.
 #[derive(Clone, Debug)]
 pub(crate) struct Correction {
+    planted: Planted,
     pub(crate) demonstration: Demonstration,
     /// A segment of the node that ran last.
     after: SegmentId,
@@ -108,6 +111,12 @@ impl Correction {
     /// The place that ran last.
     pub(crate) fn last(&self, model: &Model) -> Place {
         Place::Node(model.node_of(self.after).expect("the first original visits every skill"))
+    }
+
+    /// What an oracle is told: of a modification, which skills have changed.
+    pub(crate) fn told(&self) -> Told {
+        let first = self.demonstration.keyframes()[0].narration.clone();
+        Told { changed: first.filter(|_| self.planted == Planted::Modified).into_iter().collect() }
     }
 
     /// The place that ran last, in a model of which only the graph is seen.
@@ -132,7 +141,7 @@ impl Task {
         let mut skill = |object: usize, rng: &mut ChaCha8Rng| {
             let site = sites[object];
             sites[object] += 1;
-            Skill { object, path: path(site, rng) }
+            Skill { name: format!("{object}-{site}").into(), object, path: path(site, rng) }
         };
         let mut row: Vec<Skill> = Vec::new();
         while row.len() < skills {
@@ -203,6 +212,7 @@ impl Task {
         }
         let name = format!("{planted:?}-{draw}");
         Correction {
+            planted,
             demonstration: self.demonstrate(&name, Kind::Corrective, &acts, noise, carried_to_end),
             after: SegmentId { demonstration: 0, index: k as u32 },
         }
@@ -251,6 +261,7 @@ impl Task {
                     gripper: *gripper,
                     hold: 0.0,
                     state: state.clone(),
+                    narration: Some(act.skill.name.clone()),
                 });
             }
         }
@@ -305,6 +316,7 @@ pub(crate) fn spelt(words: &[(u8, f64, f64)], last: f64, carried_to_end: bool) -
         gripper: Gripper::Open(0.05),
         hold: 0.0,
         state: State::new([*state]),
+        narration: None,
     };
     let keyframes = words.iter().map(keyframe).collect();
     Demonstration::new("spelt", Kind::Original, &schema, keyframes, State::new([last]), carried_to_end).unwrap()

@@ -133,7 +133,7 @@ impl Task {
 
 impl Learned for Task {
     fn correct(&mut self, correction: Correction<'_>) -> Result<Trace, SituError> {
-        let Correction { last, interrupted, demonstration } = correction;
+        let Correction { last, interrupted, demonstration, told: _ } = correction;
         demonstration.check_features(self.scales.len())?;
         let after = match last {
             Place::Start => None,

@@ -1,0 +1,108 @@
+//! `cost_weights`: a primitive as the minimiser of a cost whose weights corrections move (Jain et al. 2013; Bajcsy et al. 2018).
+//!
+//! The executed keyframes minimise the distance to the demonstrated ones plus weighted features ([`features`]), and a correction moves
+//! the weights by the rule of the paper ([`Rule`]); then the plan is solved anew. The demonstrated keyframes are the means of the original policy
+//! and all weights begin at 0, so the uncorrected primitive is the original one.
+//!
+//! What is shown is laid against the plan ([`super::alignment`]): a planned keyframe with a partner is *deformed* to it, one without stays as
+//! planned. That is `ȳ` (Jain) or `ξ_D` (Bajcsy); the plan itself is `y` or `ξ_R`. Shown keyframes without a partner say nothing, for no
+//! feature can say it. Grip commands and rests are the original's.
+
+pub mod features;
+mod rule;
+
+use nalgebra::Matrix6;
+use serde::Serialize;
+
+pub use features::{FEATURES, Features};
+pub use rule::{Rule, coactive, physical};
+
+use super::alignment::{Stop, align, contacts};
+use super::refine::{Refine, Refined};
+use crate::demonstration::{RelativeKeyframe, Segment};
+use crate::error::SituError;
+use crate::keyframe::policy::KeyframePolicy;
+use crate::keyframe::pose::{exp, log};
+use crate::trace::Counters;
+
+/// Step of both rules of Bajcsy et al. The curvature of the plan's cost is 1 along every feature, so that with a step of 1 the plan has,
+/// in the features that are moved, exactly what was shown. They tune it by hand for each feature.
+const GAIN: f64 = 1.0;
+/// Bajcsy et al. clip weights: here at as many ranges to either side, 40 cm and 1 rad. A modification that moves a
+/// primitive by 12 cm does not come near.
+const LIMIT: f64 = 2.0;
+
+/// Refines by weights of a cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CostWeights {
+    /// How a correction moves them.
+    pub rule: Rule,
+}
+
+/// A primitive: what was demonstrated, and the weights.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Weighted {
+    /// The demonstrated keyframes, which the plan stays near.
+    demonstrated: Vec<RelativeKeyframe>,
+    /// Their scatter, for sampled executions.
+    scatter: Vec<Matrix6<f64>>,
+    /// Weights of the features in the cost, in the unit of each.
+    weights: Features,
+}
+
+impl Weighted {
+    /// The minimiser of the cost.
+    fn plan(&self) -> Vec<RelativeKeyframe> {
+        let displacements = features::plan(&contacts(&stops(&self.demonstrated)), &self.weights);
+        let keyframes = self.demonstrated.iter().zip(displacements);
+        keyframes.map(|(mean, moved)| RelativeKeyframe { pose: exp(&mean.pose, &moved), ..*mean }).collect()
+    }
+}
+
+fn stops(keyframes: &[RelativeKeyframe]) -> Vec<Stop> {
+    keyframes.iter().map(Stop::from).collect()
+}
+
+impl Refine for CostWeights {
+    type Primitive = Weighted;
+
+    /// Reads the original policy alone.
+    fn fit(&self, original: &KeyframePolicy, _: &[&Segment], _: &mut Counters) -> Result<Weighted, SituError> {
+        Ok(Weighted {
+            demonstrated: original.mean_keyframes(),
+            scatter: original.hmm().emissions.iter().map(|emission| emission.scatter).collect(),
+            weights: [0.0; FEATURES],
+        })
+    }
+
+    fn correct(&self, primitive: &mut Weighted, shown: &Segment, counters: &mut Counters) -> Result<(), SituError> {
+        counters.segments_touched += 1;
+        let plan = primitive.plan();
+        let contacts = contacts(&stops(&primitive.demonstrated));
+        let moved = |keyframes: &[RelativeKeyframe]| -> Vec<_> {
+            let pairs = primitive.demonstrated.iter().zip(keyframes);
+            pairs.map(|(mean, keyframe)| log(&mean.pose, &keyframe.pose)).collect()
+        };
+        let mut deformed = plan.clone();
+        for (i, j) in align(&stops(&plan), &stops(&shown.keyframes)) {
+            deformed[i].pose = shown.keyframes[j].pose;
+        }
+        let planned = features::features(&contacts, &moved(&plan));
+        let shown = features::features(&contacts, &moved(&deformed));
+        match self.rule {
+            Rule::Coactive => {
+                // A utility is a cost with the other sign.
+                let mut utility = primitive.weights.map(|weight| -weight);
+                coactive(&mut utility, &shown, &planned);
+                primitive.weights = utility.map(|weight| -weight);
+            }
+            rule => physical(&mut primitive.weights, &shown, &planned, &features::RANGES, GAIN, LIMIT, rule),
+        }
+        Ok(())
+    }
+
+    fn keyframes(&self, primitive: &Weighted) -> Vec<Refined> {
+        let keyframes = primitive.plan().into_iter().zip(&primitive.scatter);
+        keyframes.map(|(mean, scatter)| Refined { mean, scatter: *scatter }).collect()
+    }
+}

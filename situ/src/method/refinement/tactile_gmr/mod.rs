@@ -1,0 +1,141 @@
+//! `tactile_gmr`: Gaussian mixture regression of pose from phase and contact (Sauser, Argall, Metta and Billard 2012).
+//!
+//! The original adapts a robot's grasp: a Gaussian mixture over posture and the readings of tactile cells, regressed at execution, and
+//! fitted again to the original and the corrected data after a person has pushed the fingers. This is a *reconstruction*: our scenes have no taxels, so
+//! the contact is whether the hand is commanded to be closed, and the time is a phase.
+//!
+//! - **Data**: points along the way through a segment's keyframes, five a leg: phase, contact on the way there, and the pose in the tangent
+//!   space at the mean pose of the primitive (6). The phase of keyframe k of the primitive's K is k/(K−1); a segment's keyframes get
+//!   those of their partners ([`super::alignment`]), evenly spread between them. Before a first and after a last partner
+//!   phases go on to 0 and 1; what is beyond them is left out.
+//! - **Model**: one Gaussian a leg, each begun at its leg, for on a leg the pose is linear in the phase; maximum a posteriori
+//!   by expectation maximisation ([`mixture`]). Two legs' Gaussians predict the same pose where the legs meet, so little is smoothed away there.
+//! - **Correction**: its points join the data, and everything is fitted anew. All corrections together weigh [`CORRECTED_WEIGHT`] times the originals; as it
+//!   is data that is weighed, a part of the way that no correction shows is as it was.
+//! - **Execution**: the regression at the K phases of the original's keyframes, with its grip commands and rests. There can be no keyframe more or fewer.
+//!
+//! Before the first correction a primitive does what the original policy does; its regression, within two millimetres of it, is used from then on.
+
+pub mod gaussian;
+pub mod mixture;
+mod points;
+
+use nalgebra::{Matrix6, Vector6};
+use serde::Serialize;
+
+pub use points::{DIMENSIONS, Point};
+
+use self::mixture::{Mixture, Prior, fit, regress};
+use super::alignment::Stop;
+use super::refine::{Refine, Refined};
+use crate::demonstration::{Pose, RelativeKeyframe, Segment};
+use crate::error::SituError;
+use crate::keyframe::policy::KeyframePolicy;
+use crate::keyframe::pose::{exp, karcher_mean};
+use crate::trace::Counters;
+
+/// Weight of all corrections together, the originals together being 1. With as much as the originals a keyframe that is
+/// moved by 12 cm ends 6 cm short; with nine times it is 1.2 cm, what a grasp forgives.
+pub const CORRECTED_WEIGHT: f64 = 9.0;
+/// Prior standard deviations: phase; contact, which is 0 or 1; metres; radians (1°). Small against a leg, so that the regression is the leg's.
+const PRIOR: Prior<DIMENSIONS> = Prior {
+    deviations: [0.01, 0.05, 0.003, 0.003, 0.003, 0.0175, 0.0175, 0.0175],
+    // One point: as little as keeps a covariance regular.
+    weight: 1.0,
+};
+
+/// Refines by Gaussian mixture regression.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TactileGmr;
+
+/// A primitive: its data and their mixture.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Regressed {
+    /// The keyframes of the original policy: their number, grips and rests are executed.
+    original: Vec<RelativeKeyframe>,
+    /// Where the tangent space is.
+    base: Pose,
+    /// Points of the originals.
+    points: Vec<Point>,
+    /// Points of each correction.
+    corrected: Vec<Vec<Point>>,
+    mixture: Mixture<DIMENSIONS>,
+}
+
+impl Regressed {
+    fn stops(&self) -> Vec<Stop> {
+        self.original.iter().map(Stop::from).collect()
+    }
+
+    /// Fits the mixture to all data.
+    fn refit(&mut self, counters: &mut Counters) -> Result<(), SituError> {
+        let legs = self.original.len().saturating_sub(1).max(1);
+        let share = CORRECTED_WEIGHT * self.points.len() as f64 / self.corrected.len().max(1) as f64;
+        let mut weights = vec![1.0; self.points.len()];
+        let mut points = self.points.clone();
+        for correction in &self.corrected {
+            weights.extend(correction.iter().map(|_| share / correction.len() as f64));
+            points.extend(correction);
+        }
+        // The leg that ends at or after the phase.
+        let labels: Vec<usize> = points
+            .iter()
+            .map(|point| (libm::ceil(point[0] * legs as f64) as usize).saturating_sub(1).min(legs - 1))
+            .collect();
+        let fit = fit(&points, &weights, &labels, legs, &PRIOR)?;
+        counters.em_iterations += fit.objective.len() as u64;
+        self.mixture = fit.mixture;
+        Ok(())
+    }
+}
+
+impl Refine for TactileGmr {
+    type Primitive = Regressed;
+
+    fn fit(
+        &self,
+        original: &KeyframePolicy,
+        segments: &[&Segment],
+        counters: &mut Counters,
+    ) -> Result<Regressed, SituError> {
+        let keyframes = original.mean_keyframes();
+        let means: Vec<Pose> = keyframes.iter().map(|keyframe| keyframe.pose).collect();
+        let mut primitive = Regressed {
+            original: keyframes,
+            base: karcher_mean(&means, &vec![1.0; means.len()]),
+            points: Vec::new(),
+            corrected: Vec::new(),
+            mixture: Mixture::default(),
+        };
+        let stops = primitive.stops();
+        for segment in segments {
+            counters.segments_touched += 1;
+            primitive.points.extend(points::of(&stops, &primitive.base, &segment.keyframes));
+        }
+        primitive.refit(counters)?;
+        Ok(primitive)
+    }
+
+    fn correct(&self, primitive: &mut Regressed, shown: &Segment, counters: &mut Counters) -> Result<(), SituError> {
+        counters.segments_touched += 1;
+        let points = points::of(&primitive.stops(), &primitive.base, &shown.keyframes);
+        if points.is_empty() {
+            return Ok(());
+        }
+        primitive.corrected.push(points);
+        primitive.refit(counters)
+    }
+
+    fn keyframes(&self, primitive: &Regressed) -> Vec<Refined> {
+        let stops = primitive.stops();
+        let keyframe = |(index, original): (usize, &RelativeKeyframe)| {
+            let input = points::input(&stops, index);
+            let (mean, covariance) = regress::<2, 6, DIMENSIONS>(&primitive.mixture, &input);
+            Refined {
+                mean: RelativeKeyframe { pose: exp(&primitive.base, &Vector6::from(mean)), ..*original },
+                scatter: Matrix6::from_fn(|row, column| covariance[row][column]),
+            }
+        };
+        primitive.original.iter().enumerate().map(keyframe).collect()
+    }
+}

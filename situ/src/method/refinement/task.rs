@@ -1,0 +1,153 @@
+//! A task model whose primitives are refined one by one, under an automaton that stays as it was taught.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use nalgebra::Isometry3;
+use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
+
+use super::attribution::attribute;
+use super::refine::Refine;
+use crate::correction::Correction;
+use crate::decisions::Decisions;
+use crate::demonstration::{Demonstration, RelativeKeyframe, Schema, Segment, State};
+use crate::error::SituError;
+use crate::graph::Graph;
+use crate::keyframe::interpolate::resample;
+use crate::keyframe::learner::KeyframeLearner;
+use crate::keyframe::parameters::KeyframeParameters;
+use crate::keyframe::policy::{Execution, draw};
+use crate::keyframe::pose::exp;
+use crate::method::Learned;
+use crate::method::original::keyframe_automaton;
+use crate::place::{NodeId, Place, SegmentId};
+use crate::segmentation::by_reference_object;
+use crate::task_model::TaskModel;
+use crate::trace::Trace;
+
+/// The original automaton, and the refined primitives beside it.
+#[derive(Clone, Debug)]
+pub(super) struct RefinedTask<R: Refine> {
+    refine: R,
+    /// Never changed, so copies share it.
+    model: Arc<TaskModel<KeyframeLearner>>,
+    learner: KeyframeLearner,
+    decisions: Decisions,
+    /// Corrections seen, of whatever use: they number the segments.
+    corrections: u32,
+    corrected: BTreeMap<NodeId, Corrected<R::Primitive>>,
+}
+
+/// A node that corrections were about.
+#[derive(Clone, Debug, Serialize)]
+struct Corrected<P> {
+    /// The corrections' segments.
+    segments: Vec<SegmentId>,
+    primitive: P,
+}
+
+impl<R: Refine> RefinedTask<R> {
+    pub(super) fn teach(refine: R, schema: &Schema, demonstrations: &[Demonstration]) -> Result<Self, SituError> {
+        let model = Arc::new(keyframe_automaton(schema, demonstrations)?);
+        let learner = KeyframeLearner::new(schema, KeyframeParameters::default());
+        let decisions = Decisions::mended();
+        Ok(Self { refine, model, learner, decisions, corrections: 0, corrected: BTreeMap::new() })
+    }
+
+    /// The node as it is now; made from the original where no correction was about it before.
+    fn corrected(&self, id: NodeId, trace: &mut Trace) -> Result<Corrected<R::Primitive>, SituError> {
+        if let Some(known) = self.corrected.get(&id) {
+            return Ok(known.clone());
+        }
+        let node = self.model.node(id)?;
+        let segments: Vec<&Segment> = node.policy_segments.iter().map(|id| &**self.model.segment(*id)).collect();
+        let primitive = self.refine.fit(&node.policy, &segments, &mut trace.counters)?;
+        Ok(Corrected { segments: Vec::new(), primitive })
+    }
+}
+
+impl<R: Refine> Learned for RefinedTask<R> {
+    fn correct(&mut self, correction: Correction<'_>) -> Result<Trace, SituError> {
+        let Correction { last, mut interrupted, demonstration, told: _ } = correction;
+        demonstration.check_features(self.learner.features())?;
+        self.model.origin(last)?;
+        interrupted.map(|id| self.model.node(id)).transpose()?;
+        let mut trace = Trace::default();
+        let mut touched: BTreeMap<NodeId, Corrected<R::Primitive>> = BTreeMap::new();
+        let mut a = last;
+        if let Some(rule) = &self.decisions.modify {
+            for (index, segment) in (0..).zip(by_reference_object(demonstration)) {
+                let (model, learner, counters) = (&self.model, &self.learner, &mut trace.counters);
+                let about = attribute(model, learner, rule, a, interrupted.take(), &segment, counters)?;
+                let Some(id) = about else { continue };
+                let mut node = match touched.remove(&id) {
+                    Some(node) => node,
+                    None => self.corrected(id, &mut trace)?,
+                };
+                self.refine.correct(&mut node.primitive, &segment, &mut trace.counters)?;
+                let demonstration = self.model.histories().len() as u32 + self.corrections;
+                node.segments.push(SegmentId { demonstration, index });
+                touched.insert(id, node);
+                a = Place::Node(id);
+            }
+        }
+        // Only now, so that an error leaves the model as it was.
+        trace.counters.nodes_touched += touched.len() as u64;
+        self.corrected.append(&mut touched);
+        self.corrections += 1;
+        Ok(trace)
+    }
+
+    fn next(&self, last: Place, state: &State) -> Option<(Place, f64)> {
+        self.model.most_probable_child(last, state)
+    }
+
+    fn keyframes(
+        &self,
+        node: NodeId,
+        execution: Execution,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError> {
+        let policy = &self.model.node(node)?.policy;
+        let reference = policy.reference().clone();
+        let Some(corrected) = self.corrected.get(&node) else {
+            return Ok((reference, policy.keyframes(execution, rng)));
+        };
+        let mut execute = |keyframe: super::Refined| match execution {
+            Execution::Mean => keyframe.mean,
+            Execution::Sample => {
+                RelativeKeyframe { pose: exp(&keyframe.mean.pose, &draw(&keyframe.scatter, rng)), ..keyframe.mean }
+            }
+        };
+        Ok((reference, self.refine.keyframes(&corrected.primitive).into_iter().map(&mut execute).collect()))
+    }
+
+    fn graph(&self) -> Graph {
+        let mut graph = Graph::of(&self.model, &self.learner);
+        let parameters = self.learner.parameters();
+        for node in &mut graph.nodes {
+            let Some(corrected) = self.corrected.get(&node.id) else { continue };
+            let keyframes = self.refine.keyframes(&corrected.primitive);
+            let means: Vec<Isometry3<f64>> = keyframes.iter().map(|keyframe| keyframe.mean.pose).collect();
+            node.path = resample(&means, parameters.signature_points, parameters.metres_per_radian);
+            node.segments.extend(&corrected.segments);
+        }
+        graph
+    }
+
+    fn boxed(&self) -> Box<dyn Learned> {
+        Box::new(self.clone())
+    }
+
+    fn to_json(&self) -> serde_json::Value {
+        #[derive(Serialize)]
+        struct Whole<'a, P: Serialize> {
+            model: &'a TaskModel<KeyframeLearner>,
+            corrections: u32,
+            corrected: &'a BTreeMap<NodeId, Corrected<P>>,
+        }
+        let whole = Whole { model: &self.model, corrections: self.corrections, corrected: &self.corrected };
+        serde_json::to_value(whole).expect("a model's keys are numbers or strings and its numbers finite")
+    }
+}
