@@ -5,6 +5,7 @@
 
 pub mod bp_ar_hmm;
 mod direct;
+pub mod gaussian;
 pub mod keyframe_method;
 mod original;
 pub mod rebuild;

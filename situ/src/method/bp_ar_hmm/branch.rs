@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use serde::Serialize;
 
 use crate::demonstration::State;
+use crate::keyframe::classifier::scaled;
 use crate::place::Place;
 
 /// A distance that counts for both sides of the probability, in scales of the schema, so that no example decides alone.
@@ -14,11 +15,6 @@ const DOUBT: f64 = 1.0;
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(super) struct Branch {
     examples: Vec<(Place, Vec<f64>)>,
-}
-
-/// A state in the scales of the schema.
-fn scaled(state: &State, scales: &[f64]) -> Vec<f64> {
-    state.values().iter().zip(scales).map(|(value, scale)| value / scale).collect()
 }
 
 impl Branch {

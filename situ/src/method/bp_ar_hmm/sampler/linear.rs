@@ -1,26 +1,14 @@
-//! Small triangular algebra of static size, every sum in a fixed order and every root from `libm`.
+//! Small triangular algebra of static size, every sum in a fixed order and every root from `libm`: that of [`gaussian`] for nalgebra's matrices.
 
 use nalgebra::SMatrix;
 
-/// L, lower triangular, with L Lᵀ = `matrix`, of which the lower triangle is read; `None` where it is not positive definite.
+use crate::method::gaussian;
+
+/// L, lower triangular, with L Lᵀ = `matrix`, which is symmetric; `None` where it is not positive definite.
 pub(super) fn cholesky<const D: usize>(matrix: &SMatrix<f64, D, D>) -> Option<SMatrix<f64, D, D>> {
-    let mut factor = SMatrix::<f64, D, D>::zeros();
-    for row in 0..D {
-        for column in 0..=row {
-            let mut rest = matrix[(row, column)];
-            for k in 0..column {
-                rest -= factor[(row, k)] * factor[(column, k)];
-            }
-            if column < row {
-                factor[(row, column)] = rest / factor[(column, column)];
-            } else if rest.is_finite() && rest > 0.0 {
-                factor[(row, row)] = libm::sqrt(rest);
-            } else {
-                return None;
-            }
-        }
-    }
-    Some(factor)
+    // Column by column and row by row is one, as it is symmetric.
+    let factor = gaussian::cholesky(&matrix.data.0)?;
+    Some(SMatrix::from_fn(|row, column| factor[row][column]))
 }
 
 /// The inverse of a lower triangular matrix without a zero on its diagonal.
@@ -41,11 +29,7 @@ pub(super) fn inverse_lower<const D: usize>(lower: &SMatrix<f64, D, D>) -> SMatr
 
 /// log |L Lᵀ| of a lower triangular L.
 pub(super) fn log_determinant<const D: usize>(lower: &SMatrix<f64, D, D>) -> f64 {
-    let mut sum = 0.0;
-    for axis in 0..D {
-        sum += libm::log(lower[(axis, axis)]);
-    }
-    2.0 * sum
+    gaussian::log_determinant(&lower.data.0)
 }
 
 /// The sum of the squares of all entries.
