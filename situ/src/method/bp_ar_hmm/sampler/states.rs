@@ -47,22 +47,44 @@ pub fn log_forward(densities: &[&[f64]], probabilities: &[f64], filter: &mut Vec
 const TRUSTED: core::ops::Range<f64> = 1e-100..1e100;
 
 /// [`log_forward`] of densities that were exponentiated before, so that many sets of states can be tried without an exponential: `weights[k][t]`
-/// is p(x_t | state k) over a factor of the frame's own, of which the result knows nothing. `None` where rounding could matter.
+/// is p(x_t | state k) over a factor of the frame's own, of which the result knows nothing. `None` where rounding could matter, and of more
+/// than 64 states.
 pub fn log_forward_of_weights(weights: &[&[f64]], probabilities: &[f64]) -> Option<f64> {
+    // Most of a sweep is spent here, and loops of a known length stay in registers.
+    match weights.len() {
+        0 => None,
+        1..=4 => padded::<4>(weights, probabilities),
+        5..=8 => padded::<8>(weights, probabilities),
+        9..=12 => padded::<12>(weights, probabilities),
+        13..=16 => padded::<16>(weights, probabilities),
+        17..=24 => padded::<24>(weights, probabilities),
+        25..=32 => padded::<32>(weights, probabilities),
+        33..=64 => padded::<64>(weights, probabilities),
+        _ => None,
+    }
+}
+
+/// [`log_forward_of_weights`] of at most K states. Those that are not there have no weight.
+fn padded<const K: usize>(weights: &[&[f64]], probabilities: &[f64]) -> Option<f64> {
     let k = weights.len();
     let frames = weights.first().map_or(0, |weight| weight.len());
-    let (mut now, mut next) = (vec![1.0 / k as f64; k], vec![0.0; k]);
+    let mut onto = [[0.0; K]; K];
+    for (row, probabilities) in onto.iter_mut().zip(probabilities.chunks_exact(k)) {
+        row[..k].copy_from_slice(probabilities);
+    }
+    let mut now = [0.0; K];
+    now[..k].fill(1.0 / k as f64);
     // The sums are multiplied for as long as that is safe, and their logarithm taken then.
     let (mut total, mut product) = (0.0, 1.0);
     for frame in 0..frames {
         if frame > 0 {
-            next.fill(0.0);
-            for (reached, row) in now.iter().zip(probabilities.chunks_exact(k)) {
-                for (value, probability) in next.iter_mut().zip(row) {
-                    *value += reached * probability;
+            let mut next = [0.0; K];
+            for (reached, row) in now[..k].iter().zip(&onto) {
+                for to in 0..K {
+                    next[to] += reached * row[to];
                 }
             }
-            core::mem::swap(&mut now, &mut next);
+            now = next;
         }
         let mut sum = 0.0;
         for (value, weight) in now.iter_mut().zip(weights) {
@@ -80,7 +102,7 @@ pub fn log_forward_of_weights(weights: &[&[f64]], probabilities: &[f64]) -> Opti
             product = 1.0;
         }
     }
-    (k > 0).then_some(total + libm::log(product))
+    Some(total + libm::log(product))
 }
 
 /// A draw of the states given a filter of [`log_forward`]: places in the list of states, one a frame.
