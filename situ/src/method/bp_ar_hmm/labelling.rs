@@ -1,4 +1,4 @@
-//! The labels of all recordings at once: several chains, and of all their states the most probable.
+//! The labels of all recordings at once: several chains, and of all their states the most probable given their own hyperparameters.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -13,7 +13,7 @@ use crate::random::stream;
 /// What the sampler found.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub(super) struct Labelling {
-    /// log p(X, z, F) of the state, up to what all states share.
+    /// log p(X, z, F | α, κ, γ, c) of the state, for which it was kept.
     pub(super) log_joint: f64,
     /// The state.
     pub(super) state: State<SIZE>,

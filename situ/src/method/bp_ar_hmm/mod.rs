@@ -7,13 +7,13 @@
 //! 3. Each behaviour that ends at one place of one object is a node: a dynamic movement primitive ([`dmp::Dmp`]) taught by its runs.
 //! 4. Runs that followed each other are edges. Where several nodes can follow, the nearest example by L1 distance decides.
 //! 5. A correction is one recording more: everything is segmented and built anew. It begins after the node that has the frames in which the runs
-//!    of the one that ran last ended. What was interrupted is not used.
+//!    of the one that ran last ended. What was interrupted is not used, nor what the teacher says, nor what an oracle is told.
 //!
 //! What is a *reconstruction*: frames are seen relative to the reference object that the demonstration names, where the original segments in the
 //! robot's frame and finds coordinate frames by clustering the ends of runs; of that only the clusters are left, so a behaviour that ends at two
 //! places is two nodes; runs of less than 0.3 s join the one before. The classifier sees the benchmark's state features, where the
 //! original sees object poses. A primitive starts at the mean start of its runs, where the original starts wherever the arm is. A state between
-//! two keyframes is that before the motion to the next.
+//! two keyframes is that before the motion to the next. The chains are fewer and shorter than the original's, for cost: [`BpArHmmParameters`].
 //!
 //! Work: `segments_touched` are the runs that taught primitives, `nodes_touched` the nodes built, `classifier_fits` the places with more than one
 //! child. The sampler's own work, chains × sweeps over all frames, has no counter; there is no fit by expectation maximisation to count.
@@ -40,6 +40,7 @@ use self::recording::{Frame, record};
 use super::{Learned, Method, Role};
 use crate::correction::Correction;
 use crate::demonstration::{Demonstration, RelativeKeyframe, Schema, State};
+use crate::edit::Edit;
 use crate::error::SituError;
 use crate::graph::{Graph, Node};
 use crate::keyframe::policy::Execution;
@@ -60,15 +61,21 @@ impl Method for BpArHmm {
     }
 
     fn summary(&self) -> &'static str {
-        "full retraining: all recordings segmented by a BP-AR-HMM, a movement primitive a behaviour, nearest-neighbour branches (reconstruction)"
+        "full retraining: all recordings segmented by a BP-AR-HMM, a movement primitive a behaviour, nearest-neighbour branches"
     }
 
     fn source(&self) -> &'static str {
-        "Niekum et al. 2015"
+        "Niekum, Osentoski, Konidaris, Chitta, Marthi and Barto 2015 (reconstruction)"
     }
 
     fn role(&self) -> Role {
         Role::Correct
+    }
+
+    /// All: everything is built anew, so that a correction can add, join and move whatever there is. What it shows in another way is averaged
+    /// with what was shown before, or stands beside it; nothing is ever replaced.
+    fn edits(&self) -> &'static [Edit] {
+        &Edit::ALL
     }
 
     fn teach(
