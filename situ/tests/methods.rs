@@ -79,10 +79,16 @@ const SEGMENTS_ITSELF: &str = "bp_ar_hmm";
 /// Whether the most probable children lead from START to END through the states of a demonstration.
 ///
 /// Where nodes are runs that the method found, several can share a segment's state, or one span two: so what is asked is that there be a way, each
-/// child being the most probable in the present state or the next, that ends at END in the final state and uses no probability below ½.
+/// child being the most probable in the present state or the next, on the object of the present segment or of a neighbour, that ends at END in the
+/// final state and uses no probability below ½.
 fn leads_to_end(model: &dyn Learned, demonstration: &Demonstration) -> bool {
     let runs = demonstration.keyframes().chunk_by(|left, right| left.reference == right.reference);
-    let mut states: Vec<&State> = runs.map(|run| &run[0].state).collect();
+    let (mut states, objects): (Vec<&State>, Vec<&str>) = runs.map(|run| (&run[0].state, &*run[0].reference)).unzip();
+    let graph = model.graph();
+    let is_on = |id: NodeId, segment: usize| {
+        let own = graph.nodes.iter().find(|node| node.id == id).map(|node| &*node.reference);
+        objects[segment.saturating_sub(1)..objects.len().min(segment + 2)].iter().any(|object| own == Some(*object))
+    };
     states.push(demonstration.final_state());
     let mut reached = vec![(Place::Start, 0)];
     let mut index = 0;
@@ -91,7 +97,9 @@ fn leads_to_end(model: &dyn Learned, demonstration: &Demonstration) -> bool {
             match model.next(place, states[state]) {
                 Some((_, probability)) if !(0.5..=1.0).contains(&probability) => return false,
                 Some((Place::End, _)) if state + 1 == states.len() => return true,
-                Some((next @ Place::Node(_), _)) if !reached.contains(&(next, state)) => reached.push((next, state)),
+                Some((next @ Place::Node(id), _)) if is_on(id, state) && !reached.contains(&(next, state)) => {
+                    reached.push((next, state));
+                }
                 _ => {}
             }
         }

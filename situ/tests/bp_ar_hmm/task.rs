@@ -7,7 +7,9 @@ use situ::correction::Correction;
 use situ::demonstration::{Demonstration, Feature, Gripper, Keyframe, Kind, Pose, Schema, State};
 use situ::error::SituError;
 use situ::keyframe::policy::Execution;
-use situ::method::{Learned, named};
+use situ::method::bp_ar_hmm::BpArHmm;
+use situ::method::bp_ar_hmm::parameters::BpArHmmParameters;
+use situ::method::{Learned, Method, named};
 use situ::place::Place;
 
 const OPEN: Gripper = Gripper::Open(0.08);
@@ -107,6 +109,35 @@ fn a_correction_begins_after_what_ran_last() {
     assert_eq!(trace.counters.nodes_touched, graph.nodes.len() as u64);
     assert!(trace.counters.segments_touched >= trace.counters.nodes_touched);
     assert_eq!((trace.counters.hmm_fits, trace.counters.em_iterations), (0, 0));
+}
+
+/// Nothing moves, or one demonstration is all there is, or a correction is a single keyframe: learnt, and executable.
+#[test]
+fn odd_demonstrations_are_learnt() {
+    let still = |count: usize| vec![keyframe("cube", Vector3::zeros(), 0.1, OPEN, 0.0); count];
+    let mut rest = still(2);
+    rest[1].hold = 1.5;
+    let alone = pick_and_place("alone", Vector3::zeros(), Vector3::new(0.4, 0.1, 0.0));
+    let sets = [vec![shown("still", still(6), true)], vec![shown("rest", rest, false)], vec![alone]];
+    for demonstrations in sets {
+        let mut model = named("bp_ar_hmm").unwrap().teach(&schema(), &demonstrations, 5).unwrap();
+        for last in [Place::Start, Place::Node(model.graph().nodes[0].id)] {
+            model.correct(Correction::after(last, &shown("one", still(1), false))).unwrap();
+        }
+        for node in model.graph().nodes {
+            for execution in [Execution::Mean, Execution::Sample] {
+                let (_, keyframes) = model.keyframes(node.id, execution, &mut ChaCha8Rng::seed_from_u64(1)).unwrap();
+                let finite = |pose: &Pose| pose.to_homogeneous().iter().all(|value| value.is_finite());
+                assert!(!keyframes.is_empty() && keyframes.iter().all(|keyframe| finite(&keyframe.pose)));
+            }
+        }
+    }
+    let refused = |parameters| {
+        let method = BpArHmm { parameters };
+        matches!(method.teach(&schema(), &[shown("still", still(2), true)], 0), Err(SituError::Parameter { .. }))
+    };
+    assert!(refused(BpArHmmParameters { chains: 0, ..BpArHmmParameters::default() }));
+    assert!(refused(BpArHmmParameters { sweeps: 0, ..BpArHmmParameters::default() }));
 }
 
 /// One keyframe has no motion, and a world too large for squares no covariance: the one is learnt, the other refused.
