@@ -6,16 +6,16 @@ use std::sync::Arc;
 use situ::correction::{Correction as Corrected, Told};
 use situ::demonstration::{Demonstration, Kind, Schema};
 use situ::edit::difference;
-use situ::graph::Graph;
 use situ::method::{Learned, Method};
 use situ::place::{NodeId, Place};
+use situ::structure::Structure;
 use situ_tasks::{Episode, EpisodeSnapshot, Setting, Skill};
 use situ_teachers::{Onset, convert};
 
 use crate::cost;
-use crate::demonstration_file::{Before, Instance};
 use crate::error::BenchError;
 use crate::evaluation::{Evaluation, Until};
+use crate::lesson::Lesson;
 use crate::record::{Correction, Effort, Run};
 use crate::rollout::{Ended, Rollout, Watched, rollout};
 use crate::session::{Surroundings, Taught, effort_of};
@@ -24,9 +24,10 @@ use crate::session::{Surroundings, Taught, effort_of};
 const ATTEMPTS: u32 = 4;
 
 /// A robot under correction: its task model, and what it was shown.
-pub struct Robot {
+pub struct Robot<'a> {
+    method: &'a dyn Method,
     model: Box<dyn Learned>,
-    names: Names,
+    lesson: Lesson,
     /// The archive's folder for its corrections, below that of the setting.
     folder: String,
 }
@@ -40,7 +41,7 @@ struct Failure {
     interrupted: Option<NodeId>,
 }
 
-impl Robot {
+impl<'a> Robot<'a> {
     /// A robot that was taught the original task. `folder` names its corrections in an archive.
     ///
     /// # Errors
@@ -48,17 +49,27 @@ impl Robot {
     pub fn taught(
         surroundings: &Surroundings<'_>,
         original: &Setting,
-        method: &dyn Method,
+        method: &'a dyn Method,
         taught: &Taught,
         folder: String,
     ) -> Result<Self, BenchError> {
         let model = method.teach(&convert::schema(original)?, &taught.demonstrations, surroundings.learner_seed())?;
-        Ok(Self { model, names: Names::of(&taught.demonstrations), folder })
+        Ok(Self { method, model, lesson: Lesson::new(method, &taught.demonstrations), folder })
     }
 
     /// Its task model.
     pub fn model(&self) -> &dyn Learned {
         &*self.model
+    }
+
+    /// What it was shown.
+    pub fn lesson(&self) -> &Lesson {
+        &self.lesson
+    }
+
+    /// How far its structure is what the teacher meant.
+    pub fn structure(&self) -> Option<Structure> {
+        self.lesson.score(&self.model.graph())
     }
 }
 
@@ -67,7 +78,7 @@ impl Surroundings<'_> {
     /// What it took is added to the run. Returns the last evaluation.
     pub fn correct(
         &self,
-        robot: &mut Robot,
+        robot: &mut Robot<'_>,
         setting: &Arc<Setting>,
         before: &Evaluation,
         run: &mut Run,
@@ -90,9 +101,9 @@ impl Surroundings<'_> {
             let graph = robot.model.graph();
             if let Some(archive) = self.archive {
                 let path = format!("{}/{}-correction-{round}", self.folder(setting), robot.folder);
-                archive.write(&path, &demonstration, &schema, &robot.names.before(&graph, &failure))?;
+                let before = robot.lesson.before(&graph, failure.last, failure.interrupted);
+                archive.write(&path, &demonstration, &schema, &before)?;
             }
-            robot.names.learned(&demonstration);
             let met = Corrected {
                 interrupted: failure.interrupted,
                 told: Some(&told),
@@ -103,6 +114,7 @@ impl Surroundings<'_> {
             for name in demonstration.keyframes().iter().filter_map(|keyframe| keyframe.narration.as_ref()) {
                 told.changed.remove(name);
             }
+            robot.lesson.corrected(robot.method, &graph, failure.last, failure.interrupted, demonstration);
             let made = difference(&graph, &robot.model.graph());
             last = self.evaluate(robot.model(), setting, round + 1, self.until(round, budget))?;
             run.effort += effort;
@@ -180,29 +192,4 @@ fn changed(setting: &Setting) -> BTreeSet<Arc<str>> {
         original.is_some_and(|original| original.keyframes != skill.keyframes)
     };
     setting.skills.iter().filter(is_changed).map(|skill| skill.name.as_str().into()).collect()
-}
-
-/// The names of a model's demonstrations, in the order in which it learned them.
-struct Names(Vec<Arc<str>>);
-
-impl Names {
-    fn of(demonstrations: &[Demonstration]) -> Self {
-        Self(demonstrations.iter().map(|demonstration| demonstration.name().clone()).collect())
-    }
-
-    fn learned(&mut self, demonstration: &Demonstration) {
-        self.0.push(demonstration.name().clone());
-    }
-
-    /// What the robot did before a correction, in the words of a demonstration file.
-    fn before(&self, graph: &Graph, failure: &Failure) -> Before {
-        let after = if let Place::Node(id) = failure.last { self.instance(graph, id) } else { None };
-        Before { after, interrupted: failure.interrupted.and_then(|id| self.instance(graph, id)) }
-    }
-
-    fn instance(&self, graph: &Graph, id: NodeId) -> Option<Instance> {
-        let segment = graph.nodes.iter().find(|node| node.id == id)?.segments.first()?;
-        let demonstration = self.0.get(segment.demonstration as usize)?.to_string();
-        Some(Instance { demonstration, segment: segment.index })
-    }
 }

@@ -295,11 +295,11 @@ mod tests {
         let (_a, first) = written(text(&sample()).as_bytes());
         let (_b, second) = written(text(&other).as_bytes());
         assert_eq!(read_all(&[first.clone(), second]).unwrap().records, canonical(sample()));
-        if let Record::Cost(cost) = &mut other[12] {
+        if let Record::Cost(cost) = &mut other[14] {
             cost.counters.hmm_fits += 1;
         }
         let (_c, third) = written(text(&other).as_bytes());
         let error = read_all(&[first, third.clone()]).unwrap_err().to_string();
-        assert!(error.starts_with(&format!("{}:13 and ", third.display())), "{error}");
+        assert!(error.starts_with(&format!("{}:15 and ", third.display())), "{error}");
     }
 }

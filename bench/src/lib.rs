@@ -20,6 +20,7 @@ pub mod extending {}
 pub mod files;
 mod json_lines;
 pub mod ledger;
+pub mod lesson;
 pub mod pictures;
 pub mod protocol;
 pub mod record;

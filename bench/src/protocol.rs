@@ -47,6 +47,9 @@ pub struct Protocol {
     pub teachers: Vec<String>,
     /// Methods.
     pub methods: Vec<String>,
+    /// Those of them whose model is compared with the one that `rebuild` makes of the same demonstrations at once.
+    #[serde(default)]
+    pub joint: Vec<String>,
     /// Whether the families' sequences of variations are run, too.
     #[serde(default)]
     pub sequences: bool,
@@ -71,9 +74,11 @@ pub struct Protocol {
 }
 
 /// The protocols that come with the program.
-const BUILTIN: [(&str, &str); 4] = [
+const BUILTIN: [(&str, &str); 6] = [
     ("quick", include_str!("../protocols/quick.toml")),
     ("families", include_str!("../protocols/families.toml")),
+    ("methods", include_str!("../protocols/methods.toml")),
+    ("ablations", include_str!("../protocols/ablations.toml")),
     ("cost", include_str!("../protocols/cost.toml")),
     ("paper", include_str!("../protocols/paper.toml")),
 ];

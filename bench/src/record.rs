@@ -9,6 +9,7 @@ use std::ops::AddAssign;
 
 use serde::{Deserialize, Serialize};
 use situ::edit::{Difference, Edit};
+use situ::structure::Structure;
 use situ::trace::{Branch, Counters, MatchedIn, Step, Trace};
 
 /// The version of the ledger's lines.
@@ -253,6 +254,20 @@ impl Correction {
     }
 }
 
+/// The corrected model against the one that `rebuild` makes of the same demonstrations at once.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Joint {
+    /// Success of the corrected model on the changed task, from starts that decided nothing before.
+    pub separate: Rate,
+    /// Success of the model built at once, from the same starts.
+    pub joint: Rate,
+    /// Success of the model built at once on the original task, from the starts of [`Run::retained`].
+    pub retained: Rate,
+    /// The structure of the model built at once.
+    pub structure: Option<Structure>,
+}
+
 /// One run in physics.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -277,6 +292,12 @@ pub struct Run {
     pub original_rate: Option<Rate>,
     /// Success on the original task after the corrections, from the same starts as before.
     pub retained: Option<Rate>,
+    /// The structure of the corrected model, against what the teacher meant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub structure: Option<Structure>,
+    /// The same lesson learned at once, where the protocol asks for it and there was a correction.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joint: Option<Joint>,
     /// In a sequence: success on the variations of the earlier stages, after this one.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub earlier: BTreeMap<String, Rate>,

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 
 use rayon::prelude::*;
 use situ::edit::Edit;
-use situ::method::{self, Method, Role};
+use situ::method::{self, KEYFRAME_AUTOMATON, Method, Role};
 use situ_tasks::{Registry, Setting};
 use situ_teachers::{Roster, Teacher};
 
@@ -97,6 +97,12 @@ impl Plan {
         let known: Vec<String> = method::all().iter().map(|method| method.name().to_owned()).collect();
         let methods = chosen("method", &filter.methods, &protocol.methods, &known)?;
         let methods: Vec<Box<dyn Method>> = methods.iter().filter_map(|name| method::named(name)).collect();
+        let comparable: Vec<String> = method::all()
+            .iter()
+            .filter(|method| method.role() == Role::Correct && method.original() == KEYFRAME_AUTOMATON)
+            .map(|method| method.name().to_owned())
+            .collect();
+        chosen("method of keyframe automata", &protocol.joint, &[], &comparable)?;
         let teachers = if filter.teachers.is_empty() { &protocol.teachers } else { &filter.teachers };
         let (mut variations_known, mut sequences_known) = (Vec::new(), Vec::new());
         let mut groups = Vec::new();

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use situ::demonstration::{Demonstration, Kind, Schema};
 use situ::edit::Edit;
-use situ::method::{Learned, Method, Role};
+use situ::method::{self, Learned, Method, Role};
 use situ::random::stream;
 use situ_tasks::{Episode, Setting};
 use situ_teachers::{Teacher, convert};
@@ -20,7 +20,7 @@ use crate::demonstration_file::Before;
 use crate::error::BenchError;
 use crate::evaluation::{Evaluation, Until};
 use crate::protocol::Protocol;
-use crate::record::{Effort, Key, Outcome, Rate, Run, Stage};
+use crate::record::{Effort, Joint, Key, Outcome, Rate, Run, Stage};
 
 /// Attempts at a demonstration before the teacher gives up: a novice fails about one in five, so this is one in hundreds.
 const ATTEMPTS: u32 = 4;
@@ -179,6 +179,10 @@ impl Surroundings<'_> {
                 let mut robot = Robot::taught(self, &taught.original, method, taught, folder)?;
                 let last = self.correct(&mut robot, setting, before, &mut run)?;
                 run.retained = Some(self.retained(robot.model(), taught, !run.corrections.is_empty())?);
+                run.structure = robot.structure();
+                if !run.corrections.is_empty() && self.protocol.joint.iter().any(|name| name == method.name()) {
+                    run.joint = Some(self.joint(&robot, setting, taught)?);
+                }
                 last
             }
             Role::FromScratch => self.taught_anew(setting, method, &mut run)?,
@@ -243,6 +247,20 @@ impl Surroundings<'_> {
             return Ok(taught.rate);
         }
         Ok(self.evaluate(model, &taught.original, taught.round, Until::Done)?.rate)
+    }
+
+    /// The same lesson learned at once by full retraining. Both models meet starts by which no correction was called for or left out, or
+    /// the corrected one, which was corrected until it succeeded, would be favoured.
+    fn joint(&self, robot: &Robot<'_>, setting: &Arc<Setting>, taught: &Taught) -> Result<Joint, BenchError> {
+        let (schema, seed) = (convert::schema(setting)?, self.learner_seed());
+        let model = robot.lesson().taught_to(&*method::joint(), &schema, seed)?;
+        let fresh = self.protocol.budget.corrections + 1;
+        Ok(Joint {
+            separate: self.evaluate(robot.model(), setting, fresh, Until::Done)?.rate,
+            joint: self.evaluate(&*model, setting, fresh, Until::Done)?.rate,
+            retained: self.retained(&*model, taught, true)?,
+            structure: robot.lesson().score(&model.graph()),
+        })
     }
 
     fn finish(&self, run: &mut Run, last: Evaluation) {
@@ -317,6 +335,8 @@ fn begun(key: Key, taught: &Taught) -> Run {
         ended: BTreeMap::new(),
         original_rate: Some(taught.rate),
         retained: None,
+        structure: None,
+        joint: None,
         earlier: BTreeMap::new(),
     }
 }

@@ -22,6 +22,7 @@ analysis = "One family, one expert, few rollouts: a test."
 tasks = ["sort_blocks"]
 teachers = ["expert"]
 methods = ["situ", "rebuild", "no_update"]
+joint = ["situ"]
 seeds = 1
 target = 0.5
 rollouts = 2
@@ -82,6 +83,13 @@ fn one_thread_and_two_write_the_same_records() {
     assert_eq!(of("no_update").after.unwrap().successes, 0);
     assert_eq!(of("situ").corrections.len(), 1);
     assert_eq!(of("situ").outcome, Outcome::Reached);
+    // One correction that adds an edge: learned at once, the model has as many nodes and edges, and succeeds as well.
+    let joint = of("situ").joint.as_ref().unwrap();
+    assert_eq!((joint.separate.successes, joint.joint.successes, joint.retained.rollouts), (2, 2, 2));
+    assert_eq!((joint.structure, of("rebuild").structure), (of("situ").structure, of("situ").structure));
+    let structure = joint.structure.unwrap();
+    assert!(structure.duplicates == 0 && structure.pairs.both > 0 && structure.transitions.both > 0, "{structure:?}");
+    assert_eq!((&of("rebuild").joint, &of("no_update").structure), (&None, &None));
 }
 
 /// What a method does must not depend on whom it is run beside: not even where its model of the original task is its own. What it cannot do is
@@ -198,14 +206,17 @@ fn bad_names_and_protocols_exit_with_2_and_say_what_would_be_right() {
     let protocol = folder.path().join("bad.toml");
     std::fs::write(&protocol, PROTOCOL.replace("target = 0.5", "target = 1.5")).unwrap();
     let protocol = protocol.to_str().unwrap();
-    let cases: [(&[&str], &[&str]); 7] = [
+    let apart = folder.path().join("apart.toml");
+    std::fs::write(&apart, PROTOCOL.replace("joint = [\"situ\"]", "joint = [\"narrated_hierarchy\"]")).unwrap();
+    let cases: [(&[&str], &[&str]); 8] = [
         (&["run", "--task", "pours"], &["pours", "pour", "sort_blocks"]),
         (&["run", "--variation", "lids"], &["lids", "vase", "high_bins"]),
         (&["run", "--sequence", "workshops"], &["workshops", "kitchen", "workshop"]),
         (&["run", "--method", "magic"], &["magic", "situ:literal", "from_scratch"]),
         (&["run", "--teacher", "genius"], &["genius", "expert", "novice"]),
         (&["run", "--protocol", "slow"], &["slow", "quick", "paper"]),
-        (&["run", "--protocol", protocol], &["bad.toml:8", "target", "above 0 and at most 1"]),
+        (&["run", "--protocol", apart.to_str().unwrap()], &["narrated_hierarchy", "situ:literal", "oracle_edit"]),
+        (&["run", "--protocol", protocol], &["bad.toml:9", "target", "above 0 and at most 1"]),
     ];
     for (arguments, words) in cases {
         let output =
@@ -217,7 +228,17 @@ fn bad_names_and_protocols_exit_with_2_and_say_what_would_be_right() {
         }
     }
     let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
-    assert_eq!(left.len(), 1, "nothing is written");
+    assert_eq!(left.len(), 2, "nothing is written");
+}
+
+/// Every name in the protocols that come with the program is known.
+#[test]
+fn the_built_in_protocols_can_be_run() {
+    for name in Protocol::names() {
+        let (registry, roster) = (Registry::builtin().unwrap(), Roster::builtin().unwrap());
+        let plan = Plan::new(Protocol::find(name).unwrap(), &Filter::default(), &registry, &roster, 1);
+        assert!(plan.unwrap_or_else(|error| panic!("{name}: {error}")).len() > 0);
+    }
 }
 
 /// A run without the arm is another protocol: it has a name of its own in every record, and no ledger of the other goes on with it.

@@ -94,8 +94,11 @@ fn the_program_makes_tables_of_measured_costs() {
         fs::read_dir(folder.path().join("tables")).unwrap().map(|file| file.unwrap().file_name()).collect();
     names.sort();
     let t4 = ["t4.md", "t4_physics.csv", "t4_scaling.csv", "t4_slopes.csv"];
-    let expected: Vec<_> =
-        ["edits.csv", "edits.md", "t1.csv", "t1.md"].into_iter().chain(t4).chain(["t5.csv", "t5.md"]).collect();
+    let expected: Vec<_> = ["methods.csv", "methods.md", "t1.csv", "t1.md", "t2.csv", "t2.md", "t3.csv", "t3.md"]
+        .into_iter()
+        .chain(t4)
+        .chain(["t5.csv", "t5.md"])
+        .collect();
     assert_eq!(names, expected);
     let scaling = text(&folder.path().join("tables/t4_scaling.csv"));
     assert_eq!(scaling.lines().count(), 1 + 6, "{scaling}");

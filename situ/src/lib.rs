@@ -16,7 +16,7 @@
 //! | Fit-Policy, Fit-Classifier | [`primitive::Learner`] |
 //! | segmentation | [`segmentation`] |
 //! | keyframe instantiation | [`keyframe`] |
-//! | the three edit types | [`edit`] |
+//! | the three edit types | [`edit`]; a structure against what the teacher meant: [`structure`] |
 //!
 //! The crate knows no physics, no files and no clock, and takes every random number from a seed that its caller names.
 
@@ -34,5 +34,6 @@ pub mod primitive;
 pub mod random;
 pub mod segmentation;
 pub mod situ;
+pub mod structure;
 pub mod task_model;
 pub mod trace;

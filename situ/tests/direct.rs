@@ -5,7 +5,7 @@ mod common;
 use common::{CAREFUL, Planted, Task};
 use situ::correction::{Correction, Told};
 use situ::demonstration::{Demonstration, Keyframe};
-use situ::edit::{Edit, difference};
+use situ::edit::difference;
 use situ::error::SituError;
 use situ::method::{Learned, named};
 use situ::place::Place;
@@ -14,15 +14,6 @@ const SEED: u64 = 3;
 
 fn taught(name: &str, task: &Task) -> Box<dyn Learned> {
     named(name).unwrap().teach(&task.schema, &task.originals(3, CAREFUL), SEED).unwrap()
-}
-
-const fn needed(planted: Planted) -> Edit {
-    match planted {
-        Planted::Covered => Edit::None,
-        Planted::NewNode => Edit::NodeAddition,
-        Planted::NewEdge | Planted::SelfLoop => Edit::EdgeAddition,
-        Planted::Modified => Edit::NodeModification,
-    }
 }
 
 /// The bound from above is one: whoever is told the structure gets it right, of random tasks and at random places. So does who hears the names,
@@ -43,7 +34,7 @@ fn who_is_told_makes_the_edit_that_is_needed() {
                     .correct(Correction { told: Some(&told), ..Correction::after(last, &correction.demonstration) })
                     .unwrap();
                 let made = difference(&graph, &model.graph());
-                assert_eq!(made.edit(), needed(planted), "{method}, {planted:?}, draw {draw}: {made:?}");
+                assert_eq!(made.edit(), planted.edit(), "{method}, {planted:?}, draw {draw}: {made:?}");
             }
         }
     }

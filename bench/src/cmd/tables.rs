@@ -40,21 +40,27 @@ pub struct Tables {
 pub enum TableName {
     /// What corrections take, against teaching from scratch.
     T1,
-    /// Which edit was needed, and which was made.
-    Edits,
+    /// Successive corrections, against all demonstrations at once.
+    T2,
+    /// Which edit was needed, and which was made; how far the structure is what the teacher meant.
+    T3,
     /// What an update costs.
     T4,
     /// What a corrected model still does.
     T5,
+    /// Every method beside every edit.
+    Methods,
 }
 
 impl From<TableName> for Kind {
     fn from(name: TableName) -> Self {
         match name {
             TableName::T1 => Self::Effort,
-            TableName::Edits => Self::Edits,
+            TableName::T2 => Self::Separate,
+            TableName::T3 => Self::Edits,
             TableName::T4 => Self::Cost,
             TableName::T5 => Self::Retention,
+            TableName::Methods => Self::Methods,
         }
     }
 }

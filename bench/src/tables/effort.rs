@@ -96,16 +96,12 @@ fn cells(row: &Row, runs: &[&Run], partners: &[&Run]) -> Vec<Cell> {
         let spent: Vec<(f64, bool)> = counted.iter().map(|run| (measure(&run.effort), !is_reached(run))).collect();
         cells.push(match stats::restricted_mean(&spent, seed(&label, name)) {
             None => Cell::Nothing,
-            Some(mean) => Cell::Estimate(mean.estimate, if mean.censored == 0 { Bound::Exact } else { Bound::AtLeast }),
+            Some(mean) => Cell::Estimate(mean.estimate, Bound::of(mean.censored == 0, true)),
         });
     }
     let pairs: Vec<(&Run, &Run)> = counted.iter().filter_map(|run| Some((*run, partner(run, partners)?))).collect();
-    let bound = match (pairs.iter().all(|pair| is_reached(pair.0)), pairs.iter().all(|pair| is_reached(pair.1))) {
-        (true, true) => Bound::Exact,
-        (false, true) => Bound::AtLeast,
-        (true, false) => Bound::AtMost,
-        (false, false) => Bound::Unknown,
-    };
+    let all = |part: fn(&(&Run, &Run)) -> bool| pairs.iter().all(part);
+    let bound = Bound::of(all(|pair| is_reached(pair.0)), all(|pair| is_reached(pair.1)));
     for (name, measure) in RATIOS {
         let spent = |run: &Run| MEASURES[measure].1(&run.effort);
         let pairs: Vec<(f64, f64)> = pairs.iter().map(|pair| (spent(pair.0), spent(pair.1))).collect();

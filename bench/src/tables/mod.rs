@@ -6,7 +6,9 @@
 pub mod cost;
 pub mod edits;
 pub mod effort;
+pub mod methods;
 pub mod retention;
+pub mod separate;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -24,25 +26,31 @@ use crate::stats::{self, Estimate};
 pub enum Kind {
     /// T1: what corrections take, against teaching from scratch.
     Effort,
-    /// Which edit was needed, and which was made.
+    /// T2: successive corrections, against all demonstrations at once.
+    Separate,
+    /// T3: which edit was needed, and which was made; how far the structure is what the teacher meant.
     Edits,
     /// T4: what an update costs.
     Cost,
     /// T5: what a corrected model still does.
     Retention,
+    /// Every method beside every edit.
+    Methods,
 }
 
 impl Kind {
     /// All of them, in the order of publication.
-    pub const ALL: [Self; 4] = [Self::Effort, Self::Edits, Self::Cost, Self::Retention];
+    pub const ALL: [Self; 6] = [Self::Effort, Self::Separate, Self::Edits, Self::Cost, Self::Retention, Self::Methods];
 
     /// The name on the command line and of files.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Effort => "t1",
-            Self::Edits => "edits",
+            Self::Separate => "t2",
+            Self::Edits => "t3",
             Self::Cost => "t4",
             Self::Retention => "t5",
+            Self::Methods => "methods",
         }
     }
 
@@ -50,10 +58,18 @@ impl Kind {
     pub const fn question(self) -> &'static str {
         match self {
             Self::Effort => "What do corrections take, against teaching the changed task from scratch?",
-            Self::Edits => "Which edit did the task need, and which did the method make?",
+            Self::Separate => {
+                "Is a model built by successive corrections as good as one built from all demonstrations at once?"
+            }
+            Self::Edits => {
+                "Which edit did the task need, which did the method make, and is the structure what the teacher meant?"
+            }
             Self::Cost => "What does an update cost, and how does that grow with the task model?",
             Self::Retention => {
                 "What does a corrected model still do: the original task, and the changes it met before?"
+            }
+            Self::Methods => {
+                "What does every method reach, edit by edit, and what does its update cost against SITU's?"
             }
         }
     }
@@ -63,9 +79,11 @@ impl Kind {
         let records = ledger::canonical(records.to_vec());
         match self {
             Self::Effort => vec![effort::table(&records)],
+            Self::Separate => vec![separate::table(&records)],
             Self::Edits => vec![edits::table(&records)],
             Self::Cost => vec![cost::physics(&records), cost::scaling(&records), cost::slopes(&records)],
             Self::Retention => vec![retention::table(&records)],
+            Self::Methods => vec![methods::table(&records)],
         }
     }
 }
@@ -112,6 +130,16 @@ enum Bound {
 }
 
 impl Bound {
+    /// Of a ratio whose numerator and denominator are or are not known exactly: what is not is at least so much.
+    const fn of(numerator: bool, denominator: bool) -> Self {
+        match (numerator, denominator) {
+            (true, true) => Self::Exact,
+            (false, true) => Self::AtLeast,
+            (true, false) => Self::AtMost,
+            (false, false) => Self::Unknown,
+        }
+    }
+
     const fn mark(self) -> &'static str {
         match self {
             Self::Exact => "",

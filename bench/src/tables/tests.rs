@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use proptest::prelude::*;
 use situ::edit::Edit;
+use situ::structure::{Agreement, Structure};
 use situ::trace::{Branch, Counters, MatchedIn};
 
 use super::Kind;
-use crate::record::{Correction, Cost, Effort, Key, Outcome, Rate, Record, Run, Stage, StepSummary};
+use crate::record::{Correction, Cost, Effort, Joint, Key, Outcome, Rate, Record, Run, Stage, StepSummary};
 
 fn effort(demonstrations: u32, keyframes: u32) -> Effort {
     let seconds = 4.5 * f64::from(keyframes);
@@ -68,8 +69,33 @@ fn run(method: &str, seed: u64, outcome: Outcome, demonstrations: u32, made: &[E
         ended: BTreeMap::from([("goal".to_owned(), successes), ("time-out".to_owned(), 10 - successes)]),
         original_rate: Some(Rate { successes: 10, rollouts: 10 }),
         retained: None,
+        structure: None,
+        joint: None,
         earlier: BTreeMap::new(),
     })
+}
+
+fn structure(nodes: u32, duplicates: u32, missed: u64) -> Structure {
+    let agreement = |both, missed| Agreement { both, model: both, truth: both + missed };
+    Structure {
+        nodes,
+        edges: nodes + 1,
+        duplicates,
+        pairs: agreement(8, 8 * missed),
+        transitions: agreement(6, missed),
+    }
+}
+
+/// A corrected run that is compared with the same lesson learned at once.
+fn compared(seed: u64) -> Record {
+    let mut record = run("situ:literal", seed, Outcome::Reached, 1, &[Edit::NodeAddition]);
+    let Record::Run(run) = &mut record else { unreachable!() };
+    let rate = |successes| Rate { successes, rollouts: 10 };
+    run.retained = Some(rate(9));
+    run.structure = Some(structure(5, 1, 1));
+    let (separate, joint) = (rate(8), rate(if seed == 0 { 10 } else { 6 }));
+    run.joint = Some(Joint { separate, joint, retained: rate(10), structure: Some(structure(4, 0, 0)) });
+    record
 }
 
 /// The second stage of a sequence: the model that the lid left meets a vase, and does the lid no more.
@@ -112,6 +138,8 @@ pub(crate) fn sample() -> Vec<Record> {
         run("from_scratch", 1, Outcome::Reached, 8, &[]),
         run("from_scratch", 3, Outcome::Untaught, 0, &[]),
         run("no_update", 0, Outcome::NotApplicable, 0, &[]),
+        compared(0),
+        compared(1),
         stage(),
     ];
     for nodes in [10, 100, 1000] {
@@ -174,6 +202,37 @@ fn what_the_tables_must_say() {
     assert!(
         !t1.contains("vase") && !edits.contains("situ,node-modification"),
         "a stage is not a run that stands alone"
+    );
+    let literal = "quick,situ:literal,node-addition";
+    // F1 of 8 of 16 pairs is 2/3.
+    assert_eq!(
+        (field(&edits, literal, "node_F1"), field(&edits, literal, "duplicates")),
+        ("0.666667".into(), "1.000000".into())
+    );
+    let t2 = text(Kind::Separate, 0);
+    let literal = "quick,situ:literal,node-addition,all,2,";
+    assert_eq!(
+        (field(&t2, literal, "separate_successes"), field(&t2, literal, "joint_successes")),
+        ("16".into(), "16".into())
+    );
+    // Two fifths less in one run, a fifth more in the other.
+    assert_eq!(
+        (field(&t2, literal, "difference_low"), field(&t2, literal, "difference_high")),
+        ("-0.200000".into(), "0.200000".into())
+    );
+    assert_eq!(field(&t2, literal, "edge_F1_joint"), "1.000000");
+    assert_eq!(t2.lines().count(), 3, "all tasks and one: {t2}");
+    let methods = text(Kind::Methods, 0);
+    let rebuild = "quick,rebuild,node-addition,";
+    assert_eq!(
+        (field(&methods, rebuild, "demonstrations_to_situ"), field(&methods, rebuild, "demonstrations_to_situ_bound")),
+        ("2.000000".into(), "≥".into())
+    );
+    assert_eq!(field(&methods, rebuild, "update_to_situ_wall"), "1.000000");
+    assert_eq!(field(&methods, "quick,from_scratch,node-addition,", "update_to_situ_wall"), "", "it updates nothing");
+    assert!(
+        row(&methods, "quick,no_update,node-addition,").starts_with("quick,no_update,node-addition,1,1,1,0,0,,"),
+        "{methods}"
     );
     let t5 = text(Kind::Retention, 0);
     let stage = "quick,pour,kitchen,2,vase,node-modification,competent,situ,1,1,10,";

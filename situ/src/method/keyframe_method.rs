@@ -220,6 +220,10 @@ impl Method for KeyframeMethod {
         }
     }
 
+    fn segments(&self, demonstration: &Demonstration) -> Vec<Segment> {
+        self.update.segments(demonstration)
+    }
+
     fn teach(
         &self,
         schema: &Schema,

@@ -18,12 +18,13 @@ use std::sync::Arc;
 use rand_chacha::ChaCha8Rng;
 
 use crate::correction::Correction;
-use crate::demonstration::{Demonstration, RelativeKeyframe, Schema, State};
+use crate::demonstration::{Demonstration, RelativeKeyframe, Schema, Segment, State};
 use crate::edit::Edit;
 use crate::error::SituError;
 use crate::graph::Graph;
 use crate::keyframe::policy::Execution;
 use crate::place::{NodeId, Place};
+use crate::segmentation::by_reference_object;
 use crate::trace::Trace;
 
 /// What a method does with a task that has changed.
@@ -61,6 +62,11 @@ pub trait Method: Send + Sync {
     /// learning: in the tables such a cell is *not applicable*.
     fn edits(&self) -> &'static [Edit] {
         &Edit::ALL
+    }
+
+    /// A demonstration cut into the segments that the method's [`Graph`] names; all of its keyframes are in one of them.
+    fn segments(&self, demonstration: &Demonstration) -> Vec<Segment> {
+        by_reference_object(demonstration)
     }
 
     /// The model of the original task, taught by these demonstrations. `seed` is the root of whatever the method draws
@@ -120,6 +126,11 @@ pub fn all() -> Vec<Box<dyn Method>> {
 /// depend on those that happen to run beside it.
 pub fn standard() -> Box<dyn Method> {
     named("no_update").expect("it is listed")
+}
+
+/// The method that makes, of all that a keyframe automaton was ever taught, one model at once.
+pub fn joint() -> Box<dyn Method> {
+    named("rebuild").expect("it is listed")
 }
 
 /// The method of this name.
