@@ -9,7 +9,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use situ::correction::Correction;
 use situ::decisions::Decisions;
-use situ::demonstration::{Demonstration, Feature, Schema};
+use situ::demonstration::{Demonstration, Feature, Schema, State};
 use situ::edit::difference;
 use situ::error::SituError;
 use situ::graph::Node;
@@ -75,6 +75,41 @@ fn check(name: &str, model: &dyn Learned) {
     assert_eq!(asked, Err(SituError::UnknownNode(stranger)), "{name}");
 }
 
+/// Finds its own segments: its nodes are not those of the segments by reference object.
+const SEGMENTS_ITSELF: &str = "bp_ar_hmm";
+
+/// Whether the most probable children lead from START to END through the states of a demonstration.
+///
+/// Where nodes are runs that the method found, several can share a segment's state, or one span two: so what is asked is that there be a way, each
+/// child being the most probable in the present state or the next, on the object of the present segment or of a neighbour, that ends at END in the
+/// final state and uses no probability below ½.
+fn leads_to_end(model: &dyn Learned, demonstration: &Demonstration) -> bool {
+    let runs = demonstration.keyframes().chunk_by(|left, right| left.reference == right.reference);
+    let (mut states, objects): (Vec<&State>, Vec<&str>) = runs.map(|run| (&run[0].state, &*run[0].reference)).unzip();
+    let graph = model.graph();
+    let is_on = |id: NodeId, segment: usize| {
+        let own = graph.nodes.iter().find(|node| node.id == id).map(|node| &*node.reference);
+        objects[segment.saturating_sub(1)..objects.len().min(segment + 2)].iter().any(|object| own == Some(*object))
+    };
+    states.push(demonstration.final_state());
+    let mut reached = vec![(Place::Start, 0)];
+    let mut index = 0;
+    while let Some((place, at)) = reached.get(index).copied() {
+        for state in at..states.len().min(at + 2) {
+            match model.next(place, states[state]) {
+                Some((_, probability)) if !(0.5..=1.0).contains(&probability) => return false,
+                Some((Place::End, _)) if state + 1 == states.len() => return true,
+                Some((next @ Place::Node(id), _)) if is_on(id, state) && !reached.contains(&(next, state)) => {
+                    reached.push((next, state));
+                }
+                _ => {}
+            }
+        }
+        index += 1;
+    }
+    false
+}
+
 /// Whether following the most probable child through the states of a demonstration visits its segments and then END.
 fn follows(model: &dyn Learned, demonstration: &Demonstration) -> bool {
     let graph = model.graph();
@@ -111,7 +146,9 @@ fn every_method_teaches_corrects_and_repeats_itself() {
         let name = method.name();
         let run = || {
             let mut model = taught(&*method, &task);
-            assert!(follows(&*model, &task.originals(1, CAREFUL)[0]), "{name}: it does what it was shown");
+            let shown = &task.originals(1, CAREFUL)[0];
+            let does = if name == SEGMENTS_ITSELF { leads_to_end(&*model, shown) } else { follows(&*model, shown) };
+            assert!(does, "{name}: it does what it was shown");
             let mut states = vec![model.to_json()];
             for (draw, (planted, end)) in (0..).zip(CORRECTIONS) {
                 check(name, &*model);

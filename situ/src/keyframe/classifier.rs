@@ -25,7 +25,7 @@ pub struct KeyframeClassifier {
 }
 
 /// The state in units of its features' scales (decision D16).
-pub(super) fn scaled(state: &State, scales: &[f64]) -> Vec<f64> {
+pub(crate) fn scaled(state: &State, scales: &[f64]) -> Vec<f64> {
     state.values().iter().zip(scales).map(|(value, scale)| value / scale).collect()
 }
 

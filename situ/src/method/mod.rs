@@ -3,7 +3,9 @@
 //! To add a method, write a type that implements [`Method`] in a file or folder of its own here and name it in [`all`];
 //! the conformance test and the tables then know it.
 
+pub mod bp_ar_hmm;
 mod direct;
+pub mod gaussian;
 pub mod itmcd;
 pub mod keyframe_method;
 mod original;
@@ -117,7 +119,8 @@ pub trait Learned: Send + Sync {
 /// Every method, in the order of the tables.
 pub fn all() -> Vec<Box<dyn Method>> {
     let keyframe = keyframe_method::all().into_iter().map(|method| Box::new(method) as Box<dyn Method>);
-    keyframe.chain(refinement::all()).chain([Box::new(itmcd::Itmcd::default()) as Box<dyn Method>]).collect()
+    let retraining: [Box<dyn Method>; 2] = [Box::new(bp_ar_hmm::BpArHmm::default()), Box::new(itmcd::Itmcd::default())];
+    keyframe.chain(retraining).chain(refinement::all()).collect()
 }
 
 /// The method by whose model of the original task it is decided that the task is taught: one for all, or what a method is given would

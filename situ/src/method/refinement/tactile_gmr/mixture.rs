@@ -2,8 +2,8 @@
 
 use serde::{Serialize, Serializer};
 
-use super::gaussian::{Square, backward, cholesky, forward, log_density, log_determinant};
 use crate::error::SituError;
+use crate::method::gaussian::{Square, backward, cholesky, forward, log_density, log_determinant};
 
 /// Re-estimations at most.
 const MOST_ITERATIONS: usize = 50;

@@ -16,7 +16,6 @@
 //!
 //! Before the first correction a primitive does what the original policy does; its regression, within two millimetres of it, is used from then on.
 
-pub mod gaussian;
 pub mod mixture;
 mod points;
 

@@ -1,0 +1,189 @@
+//! `bp_ar_hmm`: Niekum, Osentoski, Konidaris, Chitta, Marthi and Barto, "Learning grounded finite-state representations from unstructured
+//! demonstrations" (IJRR 2015), as a baseline.
+//!
+//! 1. A demonstration becomes a recording at 10 Hz ([`recording`](self), interpolated between keyframes at the planner's speed).
+//! 2. All recordings together are cut into runs of recurring behaviours by the beta-process autoregressive hidden Markov model ([`sampler`]):
+//!    several chains, of whose states the most probable is kept.
+//! 3. Each behaviour that ends at one place of one object is a node: a dynamic movement primitive ([`dmp::Dmp`]) taught by its runs.
+//! 4. Runs that followed each other are edges. Where several nodes can follow, the nearest example by L1 distance decides.
+//! 5. A correction is one recording more: everything is segmented and built anew. It begins after the node that has the frames in which the runs
+//!    of the one that ran last ended. What was interrupted is not used, nor what the teacher says, nor what an oracle is told.
+//!
+//! What is a *reconstruction*: frames are seen relative to the reference object that the demonstration names, where the original segments in the
+//! robot's frame and finds coordinate frames by clustering the ends of runs; of that only the clusters are left, so a behaviour that ends at two
+//! places is two nodes; runs of less than 0.3 s join the one before. The classifier sees the benchmark's state features, where the
+//! original sees object poses. A primitive starts at the mean start of its runs, where the original starts wherever the arm is. A state between
+//! two keyframes is that before the motion to the next. The chains are fewer and shorter than the original's, for cost: [`BpArHmmParameters`].
+//!
+//! Work: `segments_touched` are the runs that taught primitives, `nodes_touched` the nodes built, `classifier_fits` the places with more than one
+//! child. The sampler's own work, chains × sweeps over all frames, has no counter; there is no fit by expectation maximisation to count.
+
+mod automaton;
+mod branch;
+pub mod dmp;
+mod labelling;
+mod observation;
+pub mod parameters;
+mod recording;
+mod run;
+pub mod sampler;
+mod skill;
+
+use std::sync::Arc;
+
+use rand_chacha::ChaCha8Rng;
+
+use self::automaton::{Automaton, Shown};
+use self::labelling::{Labelling, label};
+use self::parameters::BpArHmmParameters;
+use self::recording::{Frame, record};
+use super::{Learned, Method, Role};
+use crate::correction::Correction;
+use crate::demonstration::{Demonstration, RelativeKeyframe, Schema, State};
+use crate::edit::Edit;
+use crate::error::SituError;
+use crate::graph::{Graph, Node};
+use crate::keyframe::policy::Execution;
+use crate::place::{NodeId, Place};
+use crate::random::stream;
+use crate::trace::{Counters, Trace};
+
+/// The method.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct BpArHmm {
+    /// How it samples.
+    pub parameters: BpArHmmParameters,
+}
+
+impl Method for BpArHmm {
+    fn name(&self) -> &'static str {
+        "bp_ar_hmm"
+    }
+
+    fn summary(&self) -> &'static str {
+        "full retraining: all recordings segmented by a BP-AR-HMM, a movement primitive a behaviour, nearest-neighbour branches"
+    }
+
+    fn source(&self) -> &'static str {
+        "Niekum, Osentoski, Konidaris, Chitta, Marthi and Barto 2015 (reconstruction)"
+    }
+
+    fn role(&self) -> Role {
+        Role::Correct
+    }
+
+    /// All: everything is built anew, so that a correction can add, join and move whatever there is. What it shows in another way is averaged
+    /// with what was shown before, or stands beside it; nothing is ever replaced.
+    fn edits(&self) -> &'static [Edit] {
+        &Edit::ALL
+    }
+
+    fn teach(
+        &self,
+        schema: &Schema,
+        demonstrations: &[Demonstration],
+        seed: u64,
+    ) -> Result<Box<dyn Learned>, SituError> {
+        demonstrations.iter().try_for_each(|demonstration| demonstration.check_features(schema.len()))?;
+        if demonstrations.is_empty() {
+            return Err(SituError::NoDemonstration);
+        }
+        let rules = [(f64::from(self.parameters.chains), "chains"), (f64::from(self.parameters.sweeps), "sweeps")];
+        for (value, parameter) in rules {
+            if value < 1.0 {
+                return Err(SituError::Parameter { parameter, value, rule: "must be at least 1" });
+            }
+        }
+        let shown = demonstrations.iter().map(|demonstration| Shown {
+            frames: record(demonstration),
+            demonstration: demonstration.clone(),
+            after: None,
+        });
+        let scales = schema.features().iter().map(|feature| feature.scale).collect();
+        let (task, _) = Task::built(shown.collect(), scales, self.parameters, seed)?;
+        Ok(Box::new(task))
+    }
+}
+
+/// A task model of this method.
+#[derive(Clone)]
+struct Task {
+    shown: Vec<Shown>,
+    scales: Vec<f64>,
+    parameters: BpArHmmParameters,
+    seed: u64,
+    labelling: Labelling,
+    automaton: Automaton,
+}
+
+impl Task {
+    /// From all demonstrations. The chains of each correction have streams of their own.
+    fn built(
+        shown: Vec<Shown>,
+        scales: Vec<f64>,
+        parameters: BpArHmmParameters,
+        seed: u64,
+    ) -> Result<(Self, Trace), SituError> {
+        let recordings: Vec<Vec<Frame>> = shown.iter().map(|one| one.frames.clone()).collect();
+        let labelling =
+            label(&recordings, &parameters, stream(seed, &format!("bp_ar_hmm of {} demonstrations", shown.len())))?;
+        let labels: Vec<Vec<usize>> = (0..shown.len()).map(|recording| labelling.labels(recording)).collect();
+        let mut counters = Counters::default();
+        let automaton = Automaton::of(&shown, &labels, scales.clone(), &mut counters);
+        Ok((Self { shown, scales, parameters, seed, labelling, automaton }, Trace { steps: Vec::new(), counters }))
+    }
+
+    fn node(&self, id: NodeId) -> Result<&automaton::Node, SituError> {
+        self.automaton.node(id).ok_or(SituError::UnknownNode(id))
+    }
+}
+
+impl Learned for Task {
+    fn correct(&mut self, correction: Correction<'_>) -> Result<Trace, SituError> {
+        let Correction { last, interrupted, demonstration, told: _ } = correction;
+        demonstration.check_features(self.scales.len())?;
+        let after = match last {
+            Place::Start => None,
+            Place::Node(id) => Some(self.node(id)?.runs.iter().map(|run| run.stretch).collect()),
+            Place::End => return Err(SituError::NotExecutable(last)),
+        };
+        interrupted.map(|id| self.node(id)).transpose()?;
+        let mut shown = self.shown.clone();
+        shown.push(Shown { frames: record(demonstration), demonstration: demonstration.clone(), after });
+        let (task, trace) = Self::built(shown, self.scales.clone(), self.parameters, self.seed)?;
+        *self = task;
+        Ok(trace)
+    }
+
+    fn next(&self, last: Place, state: &State) -> Option<(Place, f64)> {
+        self.automaton.next(last, state)
+    }
+
+    fn keyframes(
+        &self,
+        node: NodeId,
+        execution: Execution,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError> {
+        let skill = &self.node(node)?.skill;
+        Ok((skill.reference.clone(), skill.keyframes(execution, rng)))
+    }
+
+    fn graph(&self) -> Graph {
+        let node = |(id, node): (u32, &automaton::Node)| Node {
+            id: NodeId(id),
+            reference: node.skill.reference.clone(),
+            segments: node.segments.clone(),
+            path: node.skill.mean_path(),
+        };
+        Graph { nodes: (0..).zip(&self.automaton.nodes).map(node).collect(), edges: self.automaton.edges() }
+    }
+
+    fn boxed(&self) -> Box<dyn Learned> {
+        Box::new(self.clone())
+    }
+
+    fn to_json(&self) -> serde_json::Value {
+        serde_json::json!({ "labelling": self.labelling, "automaton": self.automaton })
+    }
+}

@@ -1,0 +1,212 @@
+//! One chain: its state, its sweep, and the probability of its state.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use rand::Rng;
+use serde::Serialize;
+
+use super::weights::{Weights, prior_shape};
+use super::{Dynamics, Moves, Prior, Sequence, Statistics};
+
+/// What the sampler holds of one sequence.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// f_i: the behaviours of the sequence, by name; at least one, each once.
+    pub active: Vec<usize>,
+    /// η, in the order of `active`.
+    pub weights: Weights,
+    /// z: the behaviour of each frame, by name.
+    pub states: Vec<usize>,
+}
+
+/// Everything that is sampled.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct State<const D: usize> {
+    /// θ by the behaviour's name: of every behaviour that some sequence has, and no other.
+    pub dynamics: BTreeMap<usize, Dynamics<D>>,
+    /// One a sequence.
+    pub rows: Vec<Row>,
+    /// α.
+    pub alpha: f64,
+    /// κ.
+    pub kappa: f64,
+    /// γ.
+    pub gamma: f64,
+    /// c.
+    pub c: f64,
+}
+
+/// A Markov chain whose stationary distribution is the posterior of [`State`] given sequences.
+#[derive(Clone, Debug)]
+pub struct Chain<const D: usize> {
+    pub(super) prior: Prior<D>,
+    pub(super) moves: Moves,
+    pub(super) sequences: Vec<Sequence<D>>,
+    pub(super) state: State<D>,
+    /// A name that no behaviour has had.
+    pub(super) fresh: usize,
+}
+
+/// α, κ, γ and c where a chain begins (Fox et al. 2014).
+const START: [f64; 4] = [1.0, 25.0, 5.0, 1.0];
+
+impl<const D: usize> Chain<D> {
+    /// A chain that begins with `unique` behaviours a sequence, shared with no other: each has an equal part of the sequence's frames.
+    /// `None` where a sequence has no frame, or the numbers are too extreme for a posterior to be had.
+    pub fn new(
+        prior: Prior<D>,
+        moves: Moves,
+        sequences: Vec<Sequence<D>>,
+        unique: usize,
+        rng: &mut impl Rng,
+    ) -> Option<Self> {
+        if sequences.iter().any(Sequence::is_empty) {
+            return None;
+        }
+        let [alpha, kappa, gamma, c] = START;
+        let mut rows = Vec::with_capacity(sequences.len());
+        let mut fresh = 0;
+        for sequence in &sequences {
+            let parts = unique.clamp(1, sequence.len());
+            let states = (0..sequence.len()).map(|frame| fresh + frame * parts / sequence.len()).collect();
+            let weights = Weights::from_prior(parts, alpha, kappa, rng);
+            rows.push(Row { active: (fresh..fresh + parts).collect(), weights, states });
+            fresh += parts;
+        }
+        let state = State { dynamics: BTreeMap::new(), rows, alpha, kappa, gamma, c };
+        let mut chain = Self { prior, moves, sequences, state, fresh };
+        chain.draw_weights(rng);
+        chain.draw_dynamics(rng)?;
+        Some(chain)
+    }
+
+    /// A chain in a given state, which must fit the sequences: a row each, of as many states as frames, all of them active and with dynamics. For
+    /// tests of the sampler.
+    pub fn at(prior: Prior<D>, moves: Moves, sequences: Vec<Sequence<D>>, state: State<D>) -> Self {
+        let fresh = state.dynamics.keys().last().map_or(0, |name| name + 1);
+        Self { prior, moves, sequences, state, fresh }
+    }
+
+    /// The state.
+    pub fn state(&self) -> &State<D> {
+        &self.state
+    }
+
+    /// The sequences.
+    pub fn sequences(&self) -> &[Sequence<D>] {
+        &self.sequences
+    }
+
+    /// Other frames for the same state, as many in each sequence: for tests of the sampler.
+    pub fn observe(&mut self, sequences: Vec<Sequence<D>>) {
+        self.sequences = sequences;
+    }
+
+    /// One sweep: features and states of each sequence, split–merge moves, transitions, dynamics, α and κ, γ and c.
+    /// `None` where rounding leaves a matrix that is not positive definite.
+    pub fn sweep(&mut self, rng: &mut impl Rng) -> Option<()> {
+        for index in 0..self.sequences.len() {
+            self.update_sequence(index, rng)?;
+        }
+        for _ in 0..self.moves.split_merges {
+            self.split_or_merge(rng)?;
+        }
+        // Split and merge integrate η and θ out: both are drawn anew, all of them, before they are used.
+        self.draw_weights(rng);
+        self.draw_dynamics(rng)?;
+        self.update_stickiness(rng);
+        self.update_beta_process(rng);
+        Some(())
+    }
+
+    /// η of every sequence given z.
+    fn draw_weights(&mut self, rng: &mut impl Rng) {
+        let (alpha, kappa) = (self.state.alpha, self.state.kappa);
+        for row in &mut self.state.rows {
+            let counts = transitions(&row.active, &row.states);
+            row.weights = Weights::given(&counts, row.active.len(), alpha, kappa, rng);
+        }
+    }
+
+    /// θ of every behaviour given z.
+    fn draw_dynamics(&mut self, rng: &mut impl Rng) -> Option<()> {
+        let mut statistics = self.statistics();
+        let names: BTreeSet<usize> = self.state.rows.iter().flat_map(|row| row.active.iter().copied()).collect();
+        self.state.dynamics.clear();
+        for name in names {
+            let own = statistics.remove(&name).unwrap_or_default();
+            self.state.dynamics.insert(name, self.prior.dynamics.posterior(&own)?.draw(rng)?);
+        }
+        Some(())
+    }
+
+    /// What the frames of each behaviour say; of a behaviour without frames, nothing.
+    fn statistics(&self) -> BTreeMap<usize, Statistics<D>> {
+        let mut statistics: BTreeMap<usize, Statistics<D>> = BTreeMap::new();
+        for (sequence, row) in self.sequences.iter().zip(&self.state.rows) {
+            for (frame, name) in row.states.iter().enumerate() {
+                statistics.entry(*name).or_default().add(&sequence.current[frame], &sequence.lagged[frame], 1.0);
+            }
+        }
+        statistics
+    }
+
+    /// log p(X, z, F | α, κ, γ, c), η and θ integrated out: by this the best state is kept. `None` as of [`Chain::sweep`].
+    pub fn log_joint(&self) -> Option<f64> {
+        let state = &self.state;
+        let mut owners: BTreeMap<usize, usize> = BTreeMap::new();
+        state.rows.iter().flat_map(|row| &row.active).for_each(|name| *owners.entry(*name).or_default() += 1);
+        let mut total = -state.gamma * self.harmonic(state.c);
+        for count in owners.values() {
+            total += self.log_column(*count);
+        }
+        for row in &state.rows {
+            total += log_states(&row.active, &row.states, state.alpha, state.kappa);
+        }
+        for statistics in self.statistics().values() {
+            total += self.prior.dynamics.log_evidence(statistics)?;
+        }
+        Some(total)
+    }
+
+    /// log of γ c B(m, N − m + c): what a behaviour of m sequences counts in the density of F (Griffiths and Ghahramani 2011,
+    /// the two-parameter process).
+    pub(super) fn log_column(&self, owners: usize) -> f64 {
+        let (m, n, c) = (owners as f64, self.sequences.len() as f64, self.state.c);
+        libm::log(self.state.gamma * c) + libm::lgamma(m) + libm::lgamma(n - m + c) - libm::lgamma(n + c)
+    }
+
+    /// Σ_i c / (c + i − 1), over the sequences: behaviours to be expected, for each unit of γ.
+    pub(super) fn harmonic(&self, c: f64) -> f64 {
+        (0..self.sequences.len()).map(|index| c / (c + index as f64)).sum()
+    }
+}
+
+/// Numbers of transitions, from and to, in the order of `active`, row by row.
+fn transitions(active: &[usize], states: &[usize]) -> Vec<f64> {
+    let size = active.len();
+    let places: BTreeMap<usize, usize> = active.iter().enumerate().map(|(place, name)| (*name, place)).collect();
+    let mut counts = vec![0.0; size * size];
+    for pair in states.windows(2) {
+        counts[places[&pair[0]] * size + places[&pair[1]]] += 1.0;
+    }
+    counts
+}
+
+/// log p(z | f, α, κ) of one sequence, its transitions integrated out.
+pub(super) fn log_states(active: &[usize], states: &[usize], alpha: f64, kappa: f64) -> f64 {
+    let size = active.len();
+    let whole = size as f64 * alpha + kappa;
+    let mut total = -libm::log(size as f64);
+    for (from, counts) in transitions(active, states).chunks(size.max(1)).enumerate() {
+        let sum: f64 = counts.iter().sum();
+        if sum > 0.0 {
+            total += libm::lgamma(whole) - libm::lgamma(whole + sum);
+        }
+        for (to, count) in counts.iter().enumerate().filter(|(_, count)| **count > 0.0) {
+            let shape = prior_shape(from == to, alpha, kappa);
+            total += libm::lgamma(shape + count) - libm::lgamma(shape);
+        }
+    }
+    total
+}

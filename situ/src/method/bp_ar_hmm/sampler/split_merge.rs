@@ -1,0 +1,232 @@
+//! Split and merge: two behaviours become one, or one becomes two, in all sequences at once; η and θ are integrated out
+//! (in the manner of Hughes, Fox and Sudderth 2012, with a sequential allocation after Dahl 2005).
+//!
+//! Two sequences are drawn, and a behaviour of each. The same behaviour in both is to be split: the one part is the first sequence's, the other
+//! the second's. Two behaviours are to be merged; what a split would have had to do to undo it is replayed for its probability.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use rand::{Rng, RngExt};
+
+use super::chain::log_states;
+use super::draw::{accepts, categorical};
+use super::states::{backward_sample, log_forward};
+use super::{Chain, Dynamics, Sequence, Statistics};
+
+/// What a split does to one sequence.
+#[derive(Clone)]
+struct Allocation {
+    /// Whether it has the first part, and whether it has the second.
+    has: [bool; 2],
+    /// The states, the two parts by name.
+    states: Vec<usize>,
+}
+
+/// What a sequence may have of the two parts.
+const CHOICES: [[bool; 2]; 3] = [[true, false], [false, true], [true, true]];
+
+/// One way to give a sequence the parts, with its probability.
+struct Choice {
+    has: [bool; 2],
+    probabilities: [f64; 4],
+    filter: Vec<f64>,
+    densities: [Vec<f64>; 2],
+    log_likelihood: f64,
+}
+
+impl<const D: usize> Chain<D> {
+    /// One move. `None` as of [`Chain::sweep`].
+    pub(super) fn split_or_merge(&mut self, rng: &mut impl Rng) -> Option<()> {
+        let n = self.sequences.len();
+        if n < 2 {
+            return Some(());
+        }
+        let first = rng.random_range(0..n);
+        let second = (first + rng.random_range(1..n)) % n;
+        let pick = |row: usize, rng: &mut _| {
+            let active = &self.state.rows[row].active;
+            active[RngExt::random_range(rng, 0..active.len())]
+        };
+        let chosen = [pick(first, rng), pick(second, rng)];
+        let is_split = chosen[0] == chosen[1];
+        let whole = if is_split { chosen[0] } else { self.fresh };
+        let parts = if is_split { [self.fresh, self.fresh + 1] } else { chosen };
+        self.fresh += 2;
+
+        // Who is concerned: the anchors, then the others in a random order.
+        let concerned = |row: usize| self.state.rows[row].active.iter().any(|name| chosen.contains(name));
+        let mut order = vec![first, second];
+        let mut others: Vec<usize> = (0..n).filter(|row| *row != first && *row != second && concerned(*row)).collect();
+        while !others.is_empty() {
+            order.push(others.remove(rng.random_range(0..others.len())));
+        }
+
+        let old = self.part(&order, &chosen)?;
+        let current: Option<BTreeMap<usize, Allocation>> = (!is_split).then(|| {
+            let allocation = |row: &usize| {
+                let own = &self.state.rows[*row];
+                (*row, Allocation { has: parts.map(|part| own.active.contains(&part)), states: own.states.clone() })
+            };
+            order.iter().map(allocation).collect()
+        });
+        let (allocations, log_proposal) = self.allocate(&order, &chosen, parts, current.as_ref(), rng)?;
+        let kept = self.state.rows.clone();
+        let picks = |chain: &Self| -> f64 {
+            [first, second].iter().map(|row| libm::log(chain.state.rows[*row].active.len() as f64)).sum()
+        };
+        let before = picks(self);
+        for row in &order {
+            let own = &mut self.state.rows[*row];
+            own.active.retain(|name| !chosen.contains(name));
+            if is_split {
+                let Allocation { has, states } = &allocations[row];
+                own.active.extend((0..2).filter(|part| has[*part]).map(|part| parts[part]));
+                own.states.clone_from(states);
+            } else {
+                own.active.push(whole);
+                own.states.iter_mut().filter(|name| parts.contains(name)).for_each(|name| *name = whole);
+            }
+        }
+        let new = self.part(&order, if is_split { &parts } else { core::slice::from_ref(&whole) })?;
+        let log_proposal = if is_split { -log_proposal } else { log_proposal };
+        if !accepts(new - old + log_proposal + before - picks(self), rng) {
+            self.state.rows = kept;
+        }
+        Some(())
+    }
+
+    /// What of log p(X, z, F) depends on these behaviours: their columns of F, the states of these sequences, their frames.
+    fn part(&self, rows: &[usize], names: &[usize]) -> Option<f64> {
+        let names: BTreeSet<usize> = names.iter().copied().collect();
+        let mut total = 0.0;
+        for row in rows {
+            let own = &self.state.rows[*row];
+            total += log_states(&own.active, &own.states, self.state.alpha, self.state.kappa);
+        }
+        for name in &names {
+            let owners = self.state.rows.iter().filter(|row| row.active.contains(name)).count();
+            let mut statistics = Statistics::default();
+            for row in rows {
+                let states = &self.state.rows[*row].states;
+                statistics = statistics.plus(&self.sequences[*row].statistics(|frame| states[frame] == *name));
+            }
+            total += self.log_column(owners) + self.prior.dynamics.log_evidence(&statistics)?;
+        }
+        Some(total)
+    }
+
+    /// Gives each sequence in turn its parts and states, given what those before it have, and says with what log probability. Where
+    /// `current` names an allocation, that one is replayed.
+    fn allocate(
+        &self,
+        order: &[usize],
+        chosen: &[usize; 2],
+        parts: [usize; 2],
+        current: Option<&BTreeMap<usize, Allocation>>,
+        rng: &mut impl Rng,
+    ) -> Option<(BTreeMap<usize, Allocation>, f64)> {
+        let open = |row: usize, frame: usize| chosen.contains(&self.state.rows[row].states[frame]);
+        // Until an anchor's turn has come, all its open frames speak for its part.
+        let anchored = |row: usize| self.sequences[row].statistics(|frame| open(row, frame));
+        let provisional = [anchored(order[0]), anchored(order[1])];
+        let mut settled: [Statistics<D>; 2] = Default::default();
+        let mut allocations = BTreeMap::new();
+        let mut log_probability = 0.0;
+        for (turn, row) in order.iter().enumerate() {
+            let mut dynamics = Vec::with_capacity(2);
+            for part in 0..2 {
+                let known = if turn <= part { settled[part].plus(&provisional[part]) } else { settled[part].clone() };
+                dynamics.push(self.prior.dynamics.posterior(&known)?.at_mean()?);
+            }
+            let is_open: Vec<bool> = (0..self.sequences[*row].len()).map(|frame| open(*row, frame)).collect();
+            let rest = self.state.rows[*row].active.iter().filter(|name| !chosen.contains(name)).count();
+            let choices: Vec<Choice> = CHOICES
+                .into_iter()
+                .filter(|has| turn > 1 || has[turn])
+                .map(|has| self.choice(&self.sequences[*row], has, rest, &is_open, &dynamics))
+                .collect();
+            let greatest = choices.iter().map(|choice| choice.log_likelihood).fold(f64::NEG_INFINITY, f64::max);
+            let weights: Vec<f64> = choices.iter().map(|choice| libm::exp(choice.log_likelihood - greatest)).collect();
+            let allocation = match current {
+                Some(current) => current[row].clone(),
+                None => {
+                    let choice = &choices[categorical(&weights, rng)];
+                    Allocation {
+                        has: choice.has,
+                        states: choice.draw(&self.state.rows[*row].states, &is_open, parts, rng),
+                    }
+                }
+            };
+            // An anchor without its part cannot come about by a split; here it cannot occur, as the anchor was drawn with its part.
+            let taken = choices.iter().position(|choice| choice.has == allocation.has)?;
+            let log_total = greatest + libm::log(weights.iter().sum());
+            log_probability += choices[taken].log_path(&allocation.states, &is_open, parts) - log_total;
+            for (part, known) in settled.iter_mut().enumerate() {
+                let own = self.sequences[*row].statistics(|frame| allocation.states[frame] == parts[part]);
+                *known = known.plus(&own);
+            }
+            allocations.insert(*row, allocation);
+        }
+        Some((allocations, log_probability))
+    }
+
+    /// The chain over the open frames of a sequence that has these parts beside `rest` other behaviours: the prior's mean transitions, the
+    /// parts' mean dynamics. What lies between is left out: a part's state is then told on from the last open frame.
+    fn choice(
+        &self,
+        sequence: &Sequence<D>,
+        has: [bool; 2],
+        rest: usize,
+        is_open: &[bool],
+        dynamics: &[Dynamics<D>],
+    ) -> Choice {
+        let (alpha, kappa) = (self.state.alpha, self.state.kappa);
+        let own = rest + has.iter().filter(|has| **has).count();
+        let whole = own as f64 * alpha + kappa;
+        let (stay, leave) = ((alpha + kappa) / whole, alpha / whole);
+        let frames = (0..sequence.len()).filter(|frame| is_open[*frame]);
+        let densities = [0, 1].map(|part: usize| -> Vec<f64> {
+            let density = |frame: usize| {
+                if has[part] {
+                    dynamics[part].log_density(&sequence.current[frame], &sequence.lagged[frame])
+                } else {
+                    f64::NEG_INFINITY
+                }
+            };
+            frames.clone().map(density).collect()
+        });
+        let probabilities = [stay, leave, leave, stay];
+        let mut filter = Vec::new();
+        let log_likelihood = if densities[0].is_empty() {
+            0.0
+        } else {
+            log_forward(&[&densities[0], &densities[1]], &probabilities, &mut filter)
+        };
+        Choice { has, probabilities, filter, densities, log_likelihood }
+    }
+}
+
+impl Choice {
+    /// States drawn for the open frames; the others stay as they are.
+    fn draw(&self, states: &[usize], is_open: &[bool], parts: [usize; 2], rng: &mut impl Rng) -> Vec<usize> {
+        let mut drawn = backward_sample(&self.filter, &self.probabilities, 2, rng).into_iter();
+        let state = |(state, open): (&usize, &bool)| {
+            if *open { drawn.next().map_or(*state, |part| parts[part]) } else { *state }
+        };
+        states.iter().zip(is_open).map(state).collect()
+    }
+
+    /// log of the joint weight of the open frames and these states: over the likelihood, it is the probability of a draw.
+    fn log_path(&self, states: &[usize], is_open: &[bool], parts: [usize; 2]) -> f64 {
+        let open = states.iter().zip(is_open).filter(|(_, open)| **open);
+        let mut total = 0.0;
+        let mut before = None;
+        for (frame, (state, _)) in open.enumerate() {
+            let part = usize::from(*state == parts[1]);
+            let onto = before.map_or(0.5, |before: usize| self.probabilities[before * 2 + part]);
+            total += libm::log(onto) + self.densities[part][frame];
+            before = Some(part);
+        }
+        total
+    }
+}

@@ -1,0 +1,173 @@
+//! What a node does: a movement primitive in the frame of its reference object, with what the gripper is told on the way.
+
+use std::sync::Arc;
+
+use nalgebra::Translation3;
+use rand::Rng;
+use serde::Serialize;
+
+use super::dmp::{Dmp, STEPS, at_even_times};
+use super::recording::{Frame, RATE};
+use super::run::Run;
+use crate::demonstration::{Gripper, Pose, RelativeKeyframe};
+use crate::keyframe::policy::Execution;
+use crate::keyframe::pose::{Tangent, exp, karcher_mean, log};
+use crate::random::standard_normal;
+
+/// Seconds from waypoint to waypoint.
+const WAYPOINT_SECONDS: f64 = 0.5;
+/// Greatest deviation of a sampled start or goal: 5 mm (3), and 2° (3) in radians, as decision D15.
+const GREATEST_DEVIATION: [f64; 6] = [0.005, 0.005, 0.005, 0.034_9, 0.034_9, 0.034_9];
+/// Draws beyond so many deviations are drawn again: one in twenty.
+const GREATEST_DRAW: f64 = 2.0;
+/// Two commands of one kind whose values differ by more than this share are two commands.
+const SAME_COMMAND: f64 = 0.1;
+
+/// A keyframe of the execution: where on the movement, and what then.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+struct Waypoint {
+    /// Step of the movement, 1 to [`STEPS`].
+    step: usize,
+    /// The command in force from here on.
+    gripper: Gripper,
+    /// Seconds of rest: the mean over the runs.
+    hold: f64,
+}
+
+/// Mean and deviation of starts or goals.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct End {
+    mean: Tangent,
+    deviation: Tangent,
+}
+
+/// A skill.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Skill {
+    /// The object in whose frame all of it is: as the object is when the skill begins.
+    pub(super) reference: Arc<str>,
+    /// The mean rotation of the goals, at which rotation vectors are taken.
+    base: Pose,
+    dmp: Dmp<6>,
+    start: End,
+    goal: End,
+    waypoints: Vec<Waypoint>,
+}
+
+impl Skill {
+    /// Taught by runs on one object, each with the recording that it is of; at least one.
+    pub(super) fn taught(reference: Arc<str>, runs: &[(&Run, &[Frame])]) -> Self {
+        // A run begins where the one before it ended.
+        let frames: Vec<&[Frame]> =
+            runs.iter().map(|(run, frames)| &frames[run.stretch.start.saturating_sub(1)..run.stretch.end]).collect();
+        let relative: Vec<Vec<Pose>> = runs
+            .iter()
+            .zip(&frames)
+            .map(|((run, all), frames)| frames.iter().map(|frame| all[run.first].object.inv_mul(&frame.pose)).collect())
+            .collect();
+        let goals: Vec<Pose> = relative.iter().filter_map(|poses| poses.last().copied()).collect();
+        let mean = karcher_mean(&goals, &vec![1.0; goals.len()]);
+        let base = Pose::from_parts(Translation3::identity(), mean.rotation);
+        let trajectories: Vec<Vec<Tangent>> =
+            relative.iter().map(|poses| poses.iter().map(|pose| log(&base, pose)).collect()).collect();
+        let ends = |at: fn(&[Tangent]) -> Tangent| End::of(&trajectories.iter().map(|one| at(one)).collect::<Vec<_>>());
+        Self {
+            reference,
+            base,
+            start: ends(|points| at_even_times(points, 1)[0]),
+            goal: ends(|points| at_even_times(points, 1)[1]),
+            dmp: Dmp::taught(&trajectories),
+            waypoints: waypoints(&frames),
+        }
+    }
+
+    /// The keyframes of one execution, relative to the reference object: waypoints of the movement's rollout. A sample has another start and
+    /// another goal, from the scatter of the runs'.
+    pub(super) fn keyframes(&self, execution: Execution, rng: &mut impl Rng) -> Vec<RelativeKeyframe> {
+        let mut end = |end: &End| match execution {
+            Execution::Mean => end.mean,
+            Execution::Sample => end.draw(rng),
+        };
+        let (start, goal) = (end(&self.start), end(&self.goal));
+        self.between(&start, &goal)
+    }
+
+    /// The poses of the mean execution.
+    pub(super) fn mean_path(&self) -> Vec<Pose> {
+        self.between(&self.start.mean, &self.goal.mean).into_iter().map(|keyframe| keyframe.pose).collect()
+    }
+
+    fn between(&self, start: &Tangent, goal: &Tangent) -> Vec<RelativeKeyframe> {
+        let points = self.dmp.rollout(start, goal);
+        let keyframe = |waypoint: &Waypoint| {
+            // The last is taken where the movement has settled.
+            let point = if waypoint.step == STEPS { STEPS + 1 } else { waypoint.step };
+            RelativeKeyframe { pose: exp(&self.base, &points[point]), gripper: waypoint.gripper, hold: waypoint.hold }
+        };
+        self.waypoints.iter().map(keyframe).collect()
+    }
+}
+
+impl End {
+    fn of(points: &[Tangent]) -> Self {
+        let count = points.len() as f64;
+        let mean = points.iter().sum::<Tangent>() / count;
+        let squares: Tangent = points.iter().map(|point| (point - mean).component_mul(&(point - mean))).sum();
+        Self { mean, deviation: Tangent::from_fn(|axis, _| libm::sqrt(squares[axis] / count)) }
+    }
+
+    fn draw(&self, rng: &mut impl Rng) -> Tangent {
+        let mut normal = || loop {
+            let normal = standard_normal(rng);
+            if normal.abs() <= GREATEST_DRAW {
+                return normal;
+            }
+        };
+        Tangent::from_fn(|axis, _| self.mean[axis] + normal() * self.deviation[axis].min(GREATEST_DEVIATION[axis]))
+    }
+}
+
+/// The waypoints: evenly in time, the end among them, and wherever the command changes. The command at a step is that of most runs.
+fn waypoints(runs: &[&[Frame]]) -> Vec<Waypoint> {
+    let at = |frames: &[Frame], step: usize| (step * (frames.len() - 1) + STEPS / 2) / STEPS;
+    let command = |step: usize| majority(runs.iter().map(|frames| frames[at(frames, step)].command));
+    let commands: Vec<Gripper> = (0..=STEPS).filter_map(command).collect();
+    let seconds = runs.iter().map(|frames| (frames.len() - 1) as f64 / RATE).sum::<f64>() / runs.len() as f64;
+    let count = (libm::ceil(seconds / WAYPOINT_SECONDS) as usize).clamp(1, STEPS);
+    let mut steps: Vec<usize> = (1..=count).map(|number| number * STEPS / count).collect();
+    steps.extend((1..commands.len()).filter(|step| !is_same(commands[step - 1], commands[*step])));
+    steps.sort_unstable();
+    steps.dedup();
+    let mut waypoints: Vec<Waypoint> =
+        steps.into_iter().map(|step| Waypoint { step, gripper: commands[step], hold: 0.0 }).collect();
+    for frames in runs {
+        for (index, frame) in frames.iter().enumerate().filter(|(_, frame)| frame.rest > 0.0) {
+            let step = index * STEPS / (frames.len() - 1).max(1);
+            if let Some(nearest) = waypoints.iter_mut().min_by_key(|waypoint| waypoint.step.abs_diff(step)) {
+                nearest.hold += frame.rest / runs.len() as f64;
+            }
+        }
+    }
+    waypoints
+}
+
+/// The kind that most commands are of, the first of equals, with the mean value of those.
+fn majority(commands: impl Iterator<Item = Gripper> + Clone) -> Option<Gripper> {
+    let alike = |command: Gripper| {
+        commands.clone().filter(move |other| core::mem::discriminant(other) == core::mem::discriminant(&command))
+    };
+    let most =
+        commands.clone().reduce(|best, other| if alike(other).count() > alike(best).count() { other } else { best })?;
+    let mean = alike(most).map(Gripper::value).sum::<f64>() / alike(most).count() as f64;
+    Some(match most {
+        Gripper::Opening(_) => Gripper::Opening(mean),
+        Gripper::Open(_) => Gripper::Open(mean),
+        Gripper::Close(_) => Gripper::Close(mean),
+    })
+}
+
+fn is_same(left: Gripper, right: Gripper) -> bool {
+    let greatest = left.value().abs().max(right.value().abs());
+    core::mem::discriminant(&left) == core::mem::discriminant(&right)
+        && (left.value() - right.value()).abs() <= SAME_COMMAND * greatest
+}
