@@ -24,7 +24,7 @@ use crate::tables::Kind;
 #[derive(Args, Clone, Debug)]
 #[command(
     after_long_help = "The counters are exact: any difference is a verdict. Where valgrind is installed, the instructions of each update are counted as well,
-for automata of at most 100 nodes and the first seed; they are compared where compiler and target are those of the baseline, by 2 %.
+for automata of at most 100 nodes and 3 originals, or as much, and the first seed; they are compared where compiler and target are those of the baseline, by 2 %.
 Times are printed and never judged.
 
 Exit status 1 where an update regressed.
@@ -58,8 +58,8 @@ pub struct Cost {
     pub one: Option<Vec<String>>,
 }
 
-/// Instructions are counted of automata up to this size: under valgrind, teaching a greater one takes minutes.
-const MOST_NODES: u32 = 100;
+/// Instructions are counted of automata whose nodes times originals are at most this: under valgrind, teaching a greater one takes minutes.
+const MOST_SEGMENTS: u32 = 300;
 
 /// What is to be printed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -119,7 +119,7 @@ impl Cost {
         let program = env::current_exe().map_err(|source| BenchError::Valgrind { problem: source.to_string() })?;
         let automaton = |cost: &Measured| (cost.series.clone(), cost.method.clone(), cost.nodes, cost.originals);
         let mut first: BTreeMap<_, u64> = BTreeMap::new();
-        for Row { cost, .. } in rows.iter().filter(|row| row.cost.nodes <= MOST_NODES) {
+        for Row { cost, .. } in rows.iter().filter(|row| row.cost.nodes * row.cost.originals <= MOST_SEGMENTS) {
             let seed = first.entry(automaton(cost)).or_insert(cost.seed);
             *seed = cost.seed.min(*seed);
         }

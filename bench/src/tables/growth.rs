@@ -149,7 +149,8 @@ pub(super) fn crossover(records: &[Record]) -> Table {
     let methods = Methods::listed();
     let mut rows = rows(records, &methods, false);
     let costs = rows.clone();
-    rows.retain(|row, costs| row.2.name != SITU && axis(costs).0 == "nodes");
+    // A full retraining has no local update.
+    rows.retain(|_, costs| axis(costs).0 == "nodes" && costs.iter().all(|cost| cost.applicable.is_empty()));
     let rendered = rows.iter().filter_map(|(row, others)| {
         let situ = costs.get(&(row.0, row.1, methods.name(SITU), row.3, row.4))?;
         let meet = |of: fn(&Cost) -> f64| crossing(situ, others, of).map_or(Cell::Nothing, Cell::Text);
