@@ -176,7 +176,7 @@ impl Protocol {
             [("tasks", &protocol.tasks), ("teachers", &protocol.teachers), ("methods", &protocol.methods)]
         {
             // A protocol of update cost alone has no task.
-            if list.is_empty() && !(key == "tasks" && !protocol.cost.is_empty()) {
+            if list.is_empty() && (key != "tasks" || protocol.cost.is_empty()) {
                 return refuse(key, "at least one name");
             }
         }

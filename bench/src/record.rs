@@ -18,6 +18,7 @@ pub const SCHEMA: u64 = 1;
 /// A line of the ledger.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
+#[expect(clippy::large_enum_variant, reason = "nearly all records are runs: boxes would save no memory")]
 pub enum Record {
     /// One run in physics.
     Run(Run),

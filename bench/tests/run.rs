@@ -238,7 +238,7 @@ fn the_built_in_protocols_can_be_run() {
     for name in Protocol::names() {
         let (registry, roster) = (Registry::builtin().unwrap(), Roster::builtin().unwrap());
         let plan = Plan::new(Protocol::find(name).unwrap(), &Filter::default(), &registry, &roster, 1);
-        assert!(plan.unwrap_or_else(|error| panic!("{name}: {error}")).len() > 0);
+        assert!(!plan.unwrap_or_else(|error| panic!("{name}: {error}")).is_empty());
     }
 }
 

@@ -74,7 +74,7 @@ impl Cost {
     /// Measures, compares or mints.
     ///
     /// # Errors
-    /// As [`Run::records`]; a baseline that is not there or is none; what valgrind refuses.
+    /// As [`Run::run`]; a baseline that is not there or is none; what valgrind refuses.
     pub fn run(&self) -> Result<Costed, BenchError> {
         let protocol = Protocol::find(&self.protocol)?;
         if protocol.cost.is_empty() {

@@ -17,6 +17,8 @@ counts is in T3.";
 /// All tasks come before each.
 type Row<'a> = (&'a str, MethodName, Edit, Option<&'a str>);
 
+type Measure = (&'static str, fn(&Structure) -> Option<f64>);
+
 fn columns() -> Vec<Column> {
     let text = ["protocol", "method", "edit_needed", "task"].map(|name| column(name, Shape::Text));
     let estimates = [
@@ -70,7 +72,7 @@ fn cells((protocol, method, edit, task): &Row, runs: &[(&Run, &Joint)]) -> Vec<C
     cells.push(mean(&differences, seed(&label, "difference")));
     cells.push(rate(runs.iter().filter_map(|(run, _)| run.retained)));
     cells.push(rate(runs.iter().map(|(_, joint)| joint.retained)));
-    let measures: [(&str, fn(&Structure) -> Option<f64>); 3] = [
+    let measures: [Measure; 3] = [
         ("nodes", |structure| Some(f64::from(structure.nodes))),
         ("node_F1", |structure| structure.pairs.f1()),
         ("edge_F1", |structure| structure.transitions.f1()),
