@@ -3,7 +3,7 @@
 use situ::correction::Correction;
 use situ::demonstration::{Demonstration, Schema};
 use situ::error::SituError;
-use situ::graph::{Graph, Node};
+use situ::graph::Graph;
 use situ::method::{Learned, Method};
 use situ::place::{NodeId, Place, SegmentId};
 use situ::structure::{Structure, Truth};
@@ -86,6 +86,5 @@ impl Lesson {
 
 /// The first segment that a node holds.
 fn held(model: &Graph, id: NodeId) -> Option<SegmentId> {
-    let node: &Node = model.nodes.iter().find(|node| node.id == id)?;
-    node.segments.first().copied()
+    model.nodes.iter().find(|node| node.id == id)?.segments.first().copied()
 }

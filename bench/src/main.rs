@@ -39,19 +39,13 @@ fn main() -> ExitCode {
     let verb = Arguments::parse().verb.or_else(|| Arguments::parse_from(["situ-bench", "run"]).verb);
     let result = match verb.expect("`run` is a verb") {
         Verb::Run(run) => run.run().and_then(|text| print(&text)),
-        Verb::Check(check) => match check.run() {
-            Ok(checked) => match print(&checked.text) {
-                Ok(()) if !checked.is_sound => return ExitCode::FAILURE,
-                printed => printed,
-            },
-            Err(error) => Err(error),
+        Verb::Check(check) => match check.run().and_then(|checked| print(&checked.text).map(|()| checked.is_sound)) {
+            Ok(false) => return ExitCode::FAILURE,
+            result => result.map(|_| ()),
         },
-        Verb::Cost(cost) => match cost.run() {
-            Ok(costed) => match print(&costed.text) {
-                Ok(()) if !costed.is_sound => return ExitCode::FAILURE,
-                printed => printed,
-            },
-            Err(error) => Err(error),
+        Verb::Cost(cost) => match cost.run().and_then(|costed| print(&costed.text).map(|()| costed.is_sound)) {
+            Ok(false) => return ExitCode::FAILURE,
+            result => result.map(|_| ()),
         },
         Verb::List(list) => list.run().and_then(|text| print(&text)),
         Verb::Tables(tables) => tables.run().and_then(|printed| {
