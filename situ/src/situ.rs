@@ -170,7 +170,7 @@ fn local_update<L: Learner>(
     };
     let target = match way {
         None => Target::New(own),
-        Some((z, true)) => Target::Modify(z),
+        Some((z, true)) => Target::Modify(z, own),
         Some((z, false)) => Target::Existing(z),
     };
     let branch = target.branch();
@@ -196,8 +196,8 @@ pub(crate) enum Target<P> {
     New(P),
     /// To this one, as one more instance.
     Existing(NodeId),
-    /// To this one, whose policy it replaces (D18).
-    Modify(NodeId),
+    /// To this one, whose policy is from now on this, of the segment alone (D18).
+    Modify(NodeId, P),
 }
 
 impl<P> Target<P> {
@@ -206,7 +206,7 @@ impl<P> Target<P> {
         match self {
             Self::New(_) => Branch::New,
             Self::Existing(_) => Branch::Existing,
-            Self::Modify(_) => Branch::Modify,
+            Self::Modify(..) => Branch::Modify,
         }
     }
 }
@@ -223,10 +223,9 @@ pub(crate) fn commit<L: Learner>(
 ) -> Result<(NodeId, bool), SituError> {
     let s = SampleId::Start(d);
     let subtract = decisions.subtract_own_positives;
-    let replaces = target.branch() == Branch::Modify;
     let i = match &target {
         Target::New(_) => None,
-        Target::Existing(z) | Target::Modify(z) => Some(*z),
+        Target::Existing(z) | Target::Modify(z, _) => Some(*z),
     };
     // What else begins after `a`: the negatives of line 7, and whom D3 tells.
     let siblings: BTreeSet<Place> = model.children(a).filter(|child| i.map(Place::Node) != Some(*child)).collect();
@@ -242,7 +241,7 @@ pub(crate) fn commit<L: Learner>(
             model.add_node(BTreeSet::from([d]), own, samples, classifier) // A2.8, A2.10, A2.11
         }
         // A2.14
-        Target::Existing(z) | Target::Modify(z) => {
+        Target::Existing(z) | Target::Modify(z, _) => {
             // A2.15 is the pattern; A2.16: p ← s, which `adopt` adds with d.
             let mut n = BTreeSet::new();
             for r in model.parents(Place::Node(z)).chain([a]) {
@@ -252,8 +251,12 @@ pub(crate) fn commit<L: Learner>(
             if decisions.background.neighbours {
                 n.extend(model.starts([a].into_iter())); // D2
             }
-            model.adopt(z, d, replaces)?;
-            model.fit_policy(learner, z, counters)?; // A2.18
+            if let Target::Modify(_, own) = target {
+                model.replace_policy(z, d, own)?;
+            } else {
+                model.adopt(z, d)?;
+                model.fit_policy(learner, z, counters)?; // A2.18
+            }
             model.add_negatives(Place::Node(z), &n, subtract);
             stale.insert(Place::Node(z)); // A2.19, below
             z

@@ -298,19 +298,28 @@ impl<L: Learner> TaskModel<L> {
         nodes.push(id);
     }
 
-    /// Makes a segment an instance of a node, for its policy as well; `replace` forgets the policy's other segments (decision D18).
+    /// Makes a segment an instance of a node, for its policy as well; the policy is fitted anew by [`TaskModel::fit_policy`].
     ///
     /// # Errors
     /// [`SituError::UnknownNode`].
-    pub fn adopt(&mut self, id: NodeId, segment: SegmentId, replace: bool) -> Result<(), SituError> {
+    pub fn adopt(&mut self, id: NodeId, segment: SegmentId) -> Result<(), SituError> {
         let node = self.node_mut(id)?;
-        if replace {
-            node.policy_segments.clear();
-        }
         node.segments.insert(segment);
         node.policy_segments.insert(segment);
         node.samples.positives.insert(SampleId::Start(segment));
         Ok(())
+    }
+
+    /// Makes a segment an instance of a node, and the policy fitted to it alone the node's (decision D18): the other segments remain its
+    /// instances, but its policy is no longer of them.
+    ///
+    /// # Errors
+    /// [`SituError::UnknownNode`].
+    pub fn replace_policy(&mut self, id: NodeId, segment: SegmentId, policy: L::Policy) -> Result<(), SituError> {
+        let node = self.node_mut(id)?;
+        node.policy_segments.clear();
+        node.policy = policy;
+        self.adopt(id, segment)
     }
 
     /// Add-Edge (A2.12, A2.20). Returns whether the edge is new.

@@ -24,23 +24,56 @@ pub struct MonteCarlo {
     pub standard_error: f64,
 }
 
+/// A model with sequences that it was fitted to.
+#[derive(Clone, Copy, Debug)]
+pub struct Explained<'a, E: EmissionDensity> {
+    hmm: &'a Hmm<E>,
+    sequences: &'a [Vec<E::Frame>],
+    log_likelihood: f64,
+}
+
+impl<'a, E: EmissionDensity> Explained<'a, E> {
+    /// The model and its sequences, of at least one frame each; `log_likelihood` is theirs under it, as [`Hmm::fit`] found it: nothing is to be
+    /// computed again.
+    pub fn new(hmm: &'a Hmm<E>, sequences: &'a [Vec<E::Frame>], log_likelihood: f64) -> Self {
+        Self { hmm, sequences, log_likelihood }
+    }
+
+    /// The model.
+    pub fn hmm(&self) -> &'a Hmm<E> {
+        self.hmm
+    }
+
+    /// (log own(X) − log other(X)) / |X|.
+    fn excess(&self, other: &Self) -> f64 {
+        let frames: usize = self.sequences.iter().map(Vec::len).sum();
+        if frames == 0 {
+            return 0.0;
+        }
+        (self.log_likelihood - other.hmm.total_log_likelihood(self.sequences)) / frames as f64
+    }
+
+    /// [`cross_likelihood`].
+    pub fn divergence(&self, other: &Self) -> f64 {
+        0.5 * (self.excess(other) + other.excess(self))
+    }
+}
+
 /// The likelihood of each other's training sequences, symmetrised, nats a frame:
 /// ½ [(log p(X_p) − log q(X_p)) / |X_p| + (log q(X_q) − log p(X_q)) / |X_q|], |X| the number of frames.
 ///
 /// No sampling: the same input gives the same bits. It can be negative, where a model explains the other's data better than
 /// the other does. Sequences without frames are ignored; a side without any frame counts 0.
-pub fn cross_likelihood<E: EmissionDensity>(p: &Hmm<E>, xp: &[Vec<E::Frame>], q: &Hmm<E>, xq: &[Vec<E::Frame>]) -> f64 {
-    0.5 * (excess(p, q, xp) + excess(q, p, xq))
-}
-
-/// (log own(X) − log other(X)) / |X|.
-fn excess<E: EmissionDensity>(own: &Hmm<E>, other: &Hmm<E>, sequences: &[Vec<E::Frame>]) -> f64 {
-    let used: Vec<&[E::Frame]> = sequences.iter().map(Vec::as_slice).filter(|sequence| !sequence.is_empty()).collect();
-    let frames: usize = used.iter().map(|sequence| sequence.len()).sum();
-    if frames == 0 {
-        return 0.0;
-    }
-    (own.total_log_likelihood(&used) - other.total_log_likelihood(&used)) / frames as f64
+pub fn cross_likelihood<'a, E: EmissionDensity>(
+    p: &'a Hmm<E>,
+    xp: &'a [Vec<E::Frame>],
+    q: &'a Hmm<E>,
+    xq: &'a [Vec<E::Frame>],
+) -> f64 {
+    let explained = |hmm: &'a Hmm<E>, sequences: &'a [Vec<E::Frame>]| {
+        Explained::new(hmm, sequences, hmm.total_log_likelihood(sequences))
+    };
+    explained(p, xp).divergence(&explained(q, xq))
 }
 
 /// KL(p ‖ q) of whole sequences by sampling from p, over the expected length of p: nats a frame.

@@ -6,6 +6,7 @@
 //!
 //! The emission is generic ([`EmissionDensity`]); a policy's is [`Emission`], a Gaussian over poses and a gripper command.
 
+mod columns;
 mod density;
 mod emission;
 mod fit;

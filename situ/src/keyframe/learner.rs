@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::alignment::displacement;
 use super::classifier::{KeyframeClassifier, lifted, scaled, squared_distance, standardised};
 use super::cluster::average_linkage;
-use super::divergence::{cross_likelihood, monte_carlo, transient_bound};
-use super::hmm::{Hmm, HmmParameters, Observation};
+use super::divergence::{Explained, monte_carlo, transient_bound};
+use super::hmm::{Fit, Hmm, HmmParameters, Observation};
 use super::interpolate::resample;
 use super::logistic;
 use super::parameters::{Activation, Compared, Cut, Divergence, KeyframeParameters, Standardisation, States};
@@ -58,13 +58,13 @@ impl KeyframeLearner {
         states: usize,
         parameters: &HmmParameters,
         counters: &mut Counters,
-    ) -> Result<Hmm, SituError> {
+    ) -> Result<Fit, SituError> {
         let sequences: Vec<&[Observation]> = sequences.iter().map(Vec::as_slice).collect();
         let fit = Hmm::fit(&sequences, states, parameters)
             .map_err(|error| SituError::Policy { reference: reference.to_owned(), problem: error.to_string() })?;
         counters.hmm_fits += 1;
         counters.em_iterations += fit.iterations as u64;
-        Ok(fit.hmm)
+        Ok(fit)
     }
 
     /// The number of hidden states (decision D14).
@@ -80,13 +80,13 @@ impl KeyframeLearner {
         match self.parameters.states {
             States::Median => {
                 let median = lengths[(lengths.len() - 1) / 2];
-                Self::fit(reference, sequences, median, kernel, counters)
+                Ok(Self::fit(reference, sequences, median, kernel, counters)?.hmm)
             }
             States::Bic => {
                 let frames: usize = lengths.iter().sum();
                 let mut best: Option<(f64, Hmm)> = None;
                 for states in lengths[0]..=lengths[lengths.len() - 1] {
-                    let hmm = Self::fit(reference, sequences, states, kernel, counters)?;
+                    let hmm = Self::fit(reference, sequences, states, kernel, counters)?.hmm;
                     let likelihood: f64 = sequences.iter().map(|sequence| hmm.log_likelihood(sequence)).sum();
                     // A state has a mean (6), a symmetric covariance (21), a way on and a way out.
                     let criterion = 29.0 * states as f64 * libm::log(frames as f64) - 2.0 * likelihood;
@@ -118,18 +118,23 @@ impl KeyframeLearner {
             return f64::INFINITY;
         }
         counters.divergences += 1;
-        let poses_only = |hmm: &Hmm| hmm.poses_only();
-        let (p, q) = match self.parameters.compared {
-            Compared::Signatures => (left.signature.clone(), right.signature.clone()),
-            Compared::PolicyAgainstSignature => (poses_only(&left.hmm), right.signature.clone()),
+        let q = right.explained();
+        let poses_only;
+        let p = match self.parameters.compared {
+            Compared::Signatures => left.explained(),
+            Compared::PolicyAgainstSignature => {
+                poses_only = left.hmm.poses_only();
+                let log_likelihood = poses_only.total_log_likelihood(&left.trajectories);
+                Explained::new(&poses_only, &left.trajectories, log_likelihood)
+            }
         };
         match self.parameters.divergence {
-            Divergence::CrossLikelihood => cross_likelihood(&p, &left.trajectories, &q, &right.trajectories),
+            Divergence::CrossLikelihood => p.divergence(&q),
             Divergence::MonteCarlo(samples) => {
-                let seed = self.parameters.seed;
-                0.5 * (monte_carlo(&p, &q, samples, seed).mean + monte_carlo(&q, &p, samples, seed).mean)
+                let (p, q, seed) = (p.hmm(), q.hmm(), self.parameters.seed);
+                0.5 * (monte_carlo(p, q, samples, seed).mean + monte_carlo(q, p, samples, seed).mean)
             }
-            Divergence::TransientBound => 0.5 * (transient_bound(&p, &q) + transient_bound(&q, &p)),
+            Divergence::TransientBound => 0.5 * (transient_bound(p.hmm(), q.hmm()) + transient_bound(q.hmm(), p.hmm())),
         }
     }
 
@@ -221,7 +226,8 @@ impl Learner for KeyframeLearner {
             reference,
             hmm,
             holds: holds.into_iter().map(|(sum, count): (f64, f64)| sum / count.max(1.0)).collect(),
-            signature,
+            log_likelihood: signature.log_likelihood(),
+            signature: signature.hmm,
             trajectories,
         })
     }

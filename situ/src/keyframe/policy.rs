@@ -7,6 +7,7 @@ use nalgebra::Matrix6;
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 
+use super::divergence::Explained;
 use super::hmm::{Emission, Hmm, Observation};
 use super::pose::{self, Tangent};
 use crate::demonstration::{Gripper, RelativeKeyframe};
@@ -23,9 +24,11 @@ pub struct KeyframePolicy {
     pub(super) holds: Vec<f64>,
     /// Model over the interpolated segments (decision D5).
     pub(super) signature: Hmm,
-    /// The interpolated segments themselves: the cross-likelihood needs them.
+    /// The interpolated segments themselves, and their log likelihood under the signature: the cross-likelihood needs them.
     #[serde(skip)]
     pub(super) trajectories: Vec<Vec<Observation>>,
+    #[serde(skip)]
+    pub(super) log_likelihood: f64,
 }
 
 /// How a policy is executed (decision D15).
@@ -81,6 +84,11 @@ impl KeyframePolicy {
             hold: *hold,
         };
         states.map(keyframe).collect()
+    }
+
+    /// The signature with what it was fitted to.
+    pub(super) fn explained(&self) -> Explained<'_, Emission> {
+        Explained::new(&self.signature, &self.trajectories, self.log_likelihood)
     }
 
     /// Whether the gripper is closed when the policy has run to its end (decision D6b).

@@ -11,14 +11,31 @@ use crate::demonstration::Pose;
 /// A tangent vector: position in metres (3), then rotation vector in radians (3).
 pub type Tangent = SVector<f64, 6>;
 
-/// Below this half-angle sine the logarithm is taken from its series, whose next term is then under the rounding error.
+/// Below this angle, radians, sine and cosine are taken from the first terms of their series, for the next are under the rounding error.
 const SMALL_ANGLE: f64 = 1e-8;
+/// Up to this squared sine of the half-angle (29°) the logarithm is a polynomial.
+pub(crate) const SERIES_SINE_SQUARED: f64 = 0.0625;
+/// Coefficients of the series of asin(s)/s in s²: up to [`SERIES_SINE_SQUARED`] the next term is under the rounding error.
+pub(crate) const ARC_SINE: [f64; 12] = arc_sine();
+
 /// The mean is found when a step is shorter than this, radians.
-const MEAN_TOLERANCE: f64 = 1e-9;
+pub(crate) const MEAN_TOLERANCE: f64 = 1e-9;
 /// Steps of the mean at most. It converges in two or three where the rotations are within a right angle.
-const MEAN_STEPS: usize = 10;
+pub(crate) const MEAN_STEPS: usize = 10;
 /// Squarings of the matrix whose dominant axis starts the mean: its 2¹⁶th power tells axes apart that differ by 10⁻⁴.
 const SQUARINGS: usize = 16;
+
+/// c₀ = 1, c_n = c_{n−1} (2n − 1)² / (2n (2n + 1)).
+const fn arc_sine() -> [f64; 12] {
+    let mut coefficients = [1.0; 12];
+    let mut n = 1;
+    while n < coefficients.len() {
+        let odd = (2 * n - 1) as f64;
+        coefficients[n] = coefficients[n - 1] * odd * odd / (2 * n * (2 * n + 1)) as f64;
+        n += 1;
+    }
+    coefficients
+}
 
 /// The rotation vector of a unit quaternion, radians, at most π long. The same for q and −q.
 pub fn rotation_log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
@@ -31,8 +48,15 @@ pub fn rotation_log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
         quaternion.w < 0.0
     };
     let (w, v) = if flip { (-quaternion.w, -imaginary) } else { (quaternion.w, imaginary) };
-    let sine = length(&v);
-    if sine < SMALL_ANGLE { v * (2.0 / w) } else { v * (2.0 * libm::atan2(sine, w) / sine) }
+    let sine_squared = v.x * v.x + v.y * v.y + v.z * v.z;
+    if sine_squared <= SERIES_SINE_SQUARED {
+        let [.., last] = ARC_SINE;
+        let rest = &ARC_SINE[..ARC_SINE.len() - 1];
+        v * (2.0 * rest.iter().rev().fold(last, |sum, coefficient| sum * sine_squared + coefficient))
+    } else {
+        let sine = libm::sqrt(sine_squared);
+        v * (2.0 * libm::atan2(sine, w) / sine)
+    }
 }
 
 /// The unit quaternion that turns by `vector`, radians. Inverse of [`rotation_log`] up to a length of π.
@@ -56,8 +80,8 @@ pub fn log(base: &Pose, pose: &Pose) -> Tangent {
 /// Exp at `base` of `tangent`: inverse of [`log`] up to a rotation of π.
 pub fn exp(base: &Pose, tangent: &Tangent) -> Pose {
     let position = base.translation.vector + Vector3::new(tangent[0], tangent[1], tangent[2]);
-    let turn = rotation_exp(&Vector3::new(tangent[3], tangent[4], tangent[5]));
-    Pose::from_parts(Translation3::from(position), unit((base.rotation * turn).into_inner()))
+    let turned = turn(&base.rotation, &Vector3::new(tangent[3], tangent[4], tangent[5]));
+    Pose::from_parts(Translation3::from(position), turned)
 }
 
 /// The weighted mean of poses on the manifold: where the weighted logarithms sum to 0 (Karcher mean).
@@ -107,12 +131,17 @@ pub fn karcher_mean_from(start: &UnitQuaternion<f64>, poses: &[Pose], weights: &
             step += rotation_log(&(mean.conjugate() * pose.rotation)) * *weight;
         }
         step /= total;
-        mean = unit((mean * rotation_exp(&step)).into_inner());
+        mean = turn(&mean, &step);
         if length(&step) < MEAN_TOLERANCE {
             break;
         }
     }
     Pose::from_parts(Translation3::from(position / total), mean)
+}
+
+/// A rotation turned on by a rotation vector in its own frame.
+pub(crate) fn turn(base: &UnitQuaternion<f64>, vector: &Vector3<f64>) -> UnitQuaternion<f64> {
+    unit((base * rotation_exp(vector)).into_inner())
 }
 
 /// The length of a vector; its root is exact to the last bit on every platform.

@@ -90,9 +90,12 @@ pub(super) fn fold<L: Learner>(
         let mut counters = Counters::default();
         let model_size = model.len();
         let name = name(rule, &segment);
+        let mut own = || learner.fit_policy(&[&segment], &mut counters);
         let target = match name.as_ref().and_then(|name| named.get(name).copied()) {
-            None => Target::New(learner.fit_policy(&[&segment], &mut counters)?),
-            Some(z) if rule == Rule::Narrated || told.is_some_and(|told| changes(told, &segment)) => Target::Modify(z),
+            None => Target::New(own()?),
+            Some(z) if rule == Rule::Narrated || told.is_some_and(|told| changes(told, &segment)) => {
+                Target::Modify(z, own()?)
+            }
             Some(z) => Target::Existing(z),
         };
         let branch = target.branch();

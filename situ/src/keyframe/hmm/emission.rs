@@ -87,7 +87,17 @@ impl Emission {
 
     /// Log density of the pose alone.
     pub fn pose_log_density(&self, pose: &Pose) -> f64 {
-        self.log_normaliser - 0.5 * self.mahalanobis_squared(&log(&self.mean, pose))
+        self.log_density_at(self.mahalanobis_squared(&log(&self.mean, pose)))
+    }
+
+    /// Log density at a squared Mahalanobis length.
+    pub(super) fn log_density_at(&self, mahalanobis_squared: f64) -> f64 {
+        self.log_normaliser - 0.5 * mahalanobis_squared
+    }
+
+    /// W with |W r|² the squared Mahalanobis length of r: lower triangular.
+    pub(super) fn whitening(&self) -> &Matrix6<f64> {
+        &self.whitening
     }
 
     /// What the prior of decision D12 adds to the objective of the fit: −½ ν₀ (log |Σ| + tr Σ⁻¹ S₀).

@@ -1,12 +1,15 @@
 //! Expectation maximisation of a left-to-right model (decisions D12 to D14).
 
-use nalgebra::Matrix6;
+use core::ops::Range;
 
-use super::inference::LogChain;
+use nalgebra::{Matrix6, Translation3};
+
+use super::columns::{Frames, Residuals};
+use super::inference::Recursion;
 use super::transition::{farthest, last_start, proportions};
 use super::{Emission, GripperEmission, Hmm, HmmError, HmmParameters, Observation};
 use crate::demonstration::{Gripper, Pose};
-use crate::keyframe::pose::{karcher_mean, karcher_mean_from, log};
+use crate::keyframe::pose::{MEAN_STEPS, MEAN_TOLERANCE, karcher_mean, turn};
 
 /// A state with no more expected frames than this keeps the parameters it had.
 const EMPTY_STATE: f64 = 1e-12;
@@ -35,24 +38,35 @@ pub struct Fit {
     pub occupancy: Vec<f64>,
 }
 
+impl Fit {
+    /// Log likelihood of the sequences under the model.
+    pub fn log_likelihood(&self) -> f64 {
+        *self.log_likelihoods.last().expect("that of the start at least")
+    }
+}
+
 /// What one fit needs besides the model; nothing is allocated again from one re-estimation to the next.
 struct Workspace {
-    chain: LogChain,
-    poses: Vec<Pose>,
+    recursion: Recursion,
+    frames: Frames,
     grippers: Vec<Option<Gripper>>,
     /// Frame at which each sequence starts, and the number of frames after the last.
     starts: Vec<usize>,
+    /// Of every state, every frame's residual in the tangent space at the state's mean, shape (K, frames): the E step's
+    /// distances, the first step of the next mean and the scatter about the present one are all made of them.
+    residuals: Residuals,
+    /// The residuals of one state at a mean that is tried, shape (frames).
+    tried: Residuals,
+    /// Log densities, shape (frames, K).
     densities: Vec<f64>,
-    forward: Vec<f64>,
-    backward: Vec<f64>,
     /// Shape (frames, K).
     occupancy: Vec<f64>,
     /// Shape (K, K).
     transitions: Vec<f64>,
-    /// Of one state: the frames that count, their weights and their commands.
-    own_poses: Vec<Pose>,
-    own_weights: Vec<f64>,
-    own_commands: Vec<(Gripper, f64)>,
+    /// Every frame's share of one state, 0 where it does not count.
+    weights: Vec<f64>,
+    /// Every frame's squared distance from one state.
+    distances: Vec<f64>,
 }
 
 impl Hmm {
@@ -73,7 +87,7 @@ impl Hmm {
         let mut workspace = Workspace::new(sequences, states, parameters)?;
         let mut hmm = blank(states, &workspace, parameters)?;
         workspace.cut_evenly(states);
-        workspace.maximise(&mut hmm, parameters, true)?;
+        workspace.begin(&mut hmm, parameters)?;
         workspace.climb(hmm, parameters)
     }
 
@@ -95,7 +109,12 @@ impl Hmm {
         {
             return Err(HmmError::Topology);
         }
-        Workspace::new(sequences, k, parameters)?.climb(self.clone(), parameters)
+        let mut workspace = Workspace::new(sequences, k, parameters)?;
+        for (state, emission) in self.emissions.iter().enumerate() {
+            let cells = workspace.cells_of(state);
+            workspace.residuals.measure(cells, &workspace.frames, &emission.mean);
+        }
+        workspace.climb(self.clone(), parameters)
     }
 }
 
@@ -118,6 +137,18 @@ fn blank(states: usize, workspace: &Workspace, parameters: &HmmParameters) -> Re
         hmm.end[state] = share;
     }
     Ok(hmm)
+}
+
+/// The emission with the best covariance for a mean, from the weighted scatter about it.
+fn best_emission(
+    mean: Pose,
+    scatter: &Matrix6<f64>,
+    total: f64,
+    gripper: Option<GripperEmission>,
+    parameters: &HmmParameters,
+) -> Result<Emission, HmmError> {
+    let covariance = (scatter + prior(parameters) * parameters.prior_weight) / (total + parameters.prior_weight);
+    Emission::new(mean, covariance, scatter / total, gripper)
 }
 
 /// S₀.
@@ -151,17 +182,17 @@ impl Workspace {
             starts.push(poses.len());
         }
         let cells = poses.len() * states;
+        let longest = sequences.iter().map(|sequence| sequence.len()).max().unwrap_or_default();
         Ok(Self {
-            chain: LogChain::default(),
+            recursion: Recursion::new(longest, states),
+            residuals: Residuals::new(cells),
+            tried: Residuals::new(poses.len()),
             densities: vec![0.0; cells],
-            forward: vec![0.0; cells],
-            backward: Vec::with_capacity(2 * states),
             occupancy: vec![0.0; cells],
             transitions: vec![0.0; states * states],
-            own_poses: Vec::with_capacity(poses.len()),
-            own_weights: Vec::with_capacity(poses.len()),
-            own_commands: Vec::with_capacity(poses.len()),
-            poses,
+            weights: vec![0.0; poses.len()],
+            distances: vec![0.0; poses.len()],
+            frames: Frames::new(poses),
             grippers,
             starts,
         })
@@ -212,7 +243,7 @@ impl Workspace {
                 }
                 return Ok(Fit { hmm, iterations, converged: rests, log_likelihoods, objectives, occupancy });
             }
-            self.maximise(&mut hmm, parameters, false)?;
+            self.maximise(&mut hmm, parameters)?;
             iterations += 1;
         }
     }
@@ -220,23 +251,24 @@ impl Workspace {
     /// The E step; returns the log likelihood of all sequences.
     fn expect(&mut self, hmm: &Hmm) -> Result<f64, HmmError> {
         let k = hmm.states();
-        self.chain.set(hmm);
+        self.recursion.set(hmm);
         self.transitions.fill(0.0);
-        for (frame, cells) in self.densities.chunks_exact_mut(k).enumerate() {
-            for (cell, emission) in cells.iter_mut().zip(&hmm.emissions) {
-                *cell = emission.pose_log_density(&self.poses[frame]);
-                if let (Some(gripper), Some(command)) = (&emission.gripper, self.grippers[frame]) {
-                    *cell += gripper.log_density(command);
+        for (state, emission) in hmm.emissions.iter().enumerate() {
+            let commands = emission.gripper.as_ref().map(GripperEmission::scores);
+            self.residuals.squared_lengths(self.cells_of(state), emission.whitening(), &mut self.distances);
+            for (frame, squared) in self.distances.iter().enumerate() {
+                let mut density = emission.log_density_at(*squared);
+                if let (Some(scores), Some(command)) = (&commands, self.grippers[frame]) {
+                    density += scores.log_density(command);
                 }
+                self.densities[frame * k + state] = density;
             }
         }
         let mut total = 0.0;
         for (sequence, bounds) in self.starts.windows(2).enumerate() {
             let cells = bounds[0] * k..bounds[1] * k;
-            let log_likelihood = self.chain.expectations(
+            let log_likelihood = self.recursion.expectations(
                 &self.densities[cells.clone()],
-                &mut self.forward[cells.clone()],
-                &mut self.backward,
                 &mut self.occupancy[cells],
                 &mut self.transitions,
             );
@@ -248,63 +280,94 @@ impl Workspace {
         Ok(total)
     }
 
-    /// The M step. At the `first`, the means that the emissions hold are no guess.
-    fn maximise(&mut self, hmm: &mut Hmm, parameters: &HmmParameters, first: bool) -> Result<(), HmmError> {
-        let k = hmm.states();
+    /// The first M step: of shares that no model made, with means that are no guess.
+    fn begin(&mut self, hmm: &mut Hmm, parameters: &HmmParameters) -> Result<(), HmmError> {
         self.maximise_chain(hmm, parameters);
-        let prior = prior(parameters) * parameters.prior_weight;
-        for state in 0..k {
-            let total: f64 = self.occupancy[state..].iter().step_by(k).sum();
-            if total <= EMPTY_STATE {
-                continue;
-            }
-            let negligible = NEGLIGIBLE_SHARE * total;
-            self.own_poses.clear();
-            self.own_weights.clear();
-            self.own_commands.clear();
-            for (frame, weight) in self.occupancy[state..].iter().step_by(k).enumerate() {
-                if *weight > negligible {
-                    self.own_poses.push(self.poses[frame]);
-                    self.own_weights.push(*weight);
-                    self.own_commands.extend(self.grippers[frame].map(|command| (command, *weight)));
-                }
-            }
-            let emission = &mut hmm.emissions[state];
-            let mut gripper = emission.gripper;
-            if let Some(gripper) = &mut gripper {
-                gripper.estimate(self.own_commands.iter().copied(), EMPTY_STATE, parameters);
-            }
-            let about = |mean: Pose| {
-                let scatter = self.scatter_about(&mean);
-                let covariance = (scatter + prior) / (total + parameters.prior_weight);
-                Emission::new(mean, covariance, scatter / total, gripper)
-            };
-            *emission = if first {
-                about(karcher_mean(&self.own_poses, &self.own_weights))?
-            } else {
-                let moved = about(karcher_mean_from(&emission.mean.rotation, &self.own_poses, &self.own_weights))?;
-                let stayed = about(emission.mean)?;
-                // With the best covariance for each mean, the objective is lower where the determinant is greater.
-                if stayed.log_determinant() < moved.log_determinant() { stayed } else { moved }
-            };
+        for (state, emission) in hmm.emissions.iter_mut().enumerate() {
+            let Some(total) = self.gather(state) else { continue };
+            let gripper = self.gripper(emission.gripper, parameters);
+            let mean = karcher_mean(self.frames.poses(), &self.weights);
+            let cells = self.cells_of(state);
+            self.residuals.measure(cells.clone(), &self.frames, &mean);
+            let scatter = self.residuals.scatter(cells, &self.weights);
+            *emission = best_emission(mean, &scatter, total, gripper, parameters)?;
         }
         Ok(())
     }
 
-    /// Σ γ r rᵀ of the state's own frames, r the residual in the tangent space at `mean`.
-    fn scatter_about(&self, mean: &Pose) -> Matrix6<f64> {
-        let mut scatter = Matrix6::zeros();
-        for (pose, weight) in self.own_poses.iter().zip(&self.own_weights) {
-            let residual = log(mean, pose);
-            for column in 0..6 {
-                let weighted = weight * residual[column];
-                for row in column..6 {
-                    scatter[(row, column)] += weighted * residual[row];
+    /// The M step.
+    fn maximise(&mut self, hmm: &mut Hmm, parameters: &HmmParameters) -> Result<(), HmmError> {
+        self.maximise_chain(hmm, parameters);
+        for (state, emission) in hmm.emissions.iter_mut().enumerate() {
+            let Some(total) = self.gather(state) else { continue };
+            let gripper = self.gripper(emission.gripper, parameters);
+            let (mean, turned) = self.try_mean(state, &emission.mean, total);
+            let all = 0..self.frames.len();
+            let scatter = self.tried.scatter(all, &self.weights);
+            let moved = best_emission(mean, &scatter, total, gripper, parameters)?;
+            if turned {
+                let scatter = self.residuals.scatter(self.cells_of(state), &self.weights);
+                let stayed = best_emission(emission.mean, &scatter, total, gripper, parameters)?;
+                // With the best covariance for each mean, the objective is lower where the determinant is greater.
+                if stayed.log_determinant() < moved.log_determinant() {
+                    *emission = stayed;
+                    continue;
                 }
             }
+            self.residuals.copy_into(self.cells_of(state), &self.tried);
+            *emission = moved;
         }
-        scatter.fill_upper_triangle_with_lower_triangle();
-        scatter
+        Ok(())
+    }
+
+    /// Where the frames of a state are in what has the states first.
+    fn cells_of(&self, state: usize) -> Range<usize> {
+        state * self.frames.len()..(state + 1) * self.frames.len()
+    }
+
+    /// Takes out every frame's share of a state, and returns their sum; none where there is next to nothing.
+    fn gather(&mut self, state: usize) -> Option<f64> {
+        let k = self.occupancy.len() / self.frames.len();
+        let shares = || self.occupancy[state..].iter().step_by(k).copied();
+        let total: f64 = shares().sum();
+        if total <= EMPTY_STATE {
+            return None;
+        }
+        let negligible = NEGLIGIBLE_SHARE * total;
+        for (weight, share) in self.weights.iter_mut().zip(shares()) {
+            *weight = if share > negligible { share } else { 0.0 };
+        }
+        Some(total)
+    }
+
+    /// The gripper command, from the frames that count.
+    fn gripper(&self, before: Option<GripperEmission>, parameters: &HmmParameters) -> Option<GripperEmission> {
+        let mut gripper = before?;
+        let commands = self.grippers.iter().zip(&self.weights);
+        let commands = commands.filter_map(|(command, weight)| (*weight > 0.0).then_some(((*command)?, *weight)));
+        gripper.estimate(commands, EMPTY_STATE, parameters);
+        Some(gripper)
+    }
+
+    /// The weighted mean on the manifold, with the residuals there in `tried`; and whether its rotation is another than
+    /// before. The residuals at the mean before are the first step towards it.
+    fn try_mean(&mut self, state: usize, before: &Pose, total: f64) -> (Pose, bool) {
+        let all = 0..self.frames.len();
+        let mut rotation = before.rotation;
+        let mut step = self.residuals.weighted_turn(self.cells_of(state), &self.weights) / total;
+        let mut steps = 0;
+        while step.dot(&step) >= MEAN_TOLERANCE * MEAN_TOLERANCE && steps < MEAN_STEPS {
+            rotation = turn(&rotation, &step);
+            self.tried.measure_turns(all.clone(), &self.frames, &rotation);
+            step = self.tried.weighted_turn(all.clone(), &self.weights) / total;
+            steps += 1;
+        }
+        if steps == 0 {
+            self.tried.copy_turns(&self.residuals, self.cells_of(state));
+        }
+        let position = self.frames.weighted_position(&self.weights) / total;
+        self.tried.measure_positions(all, &self.frames, &position);
+        (Pose::from_parts(Translation3::from(position), rotation), steps > 0)
     }
 
     /// Starts, transitions and ends, from the expected counts.

@@ -43,6 +43,20 @@ fn command(kind: usize, value: f64) -> Gripper {
     }
 }
 
+/// An emission with the logarithms that its densities need.
+pub(super) struct Scores {
+    emission: GripperEmission,
+    log_normalisers: [f64; KINDS],
+}
+
+impl Scores {
+    /// [`GripperEmission::log_density`].
+    pub(super) fn log_density(&self, command: Gripper) -> f64 {
+        let kind = index(command);
+        self.log_normalisers[kind] - self.emission.half_squared(kind, command.value())
+    }
+}
+
 impl GripperEmission {
     /// Before any command is seen: every kind as likely.
     pub(super) fn unseen() -> Self {
@@ -52,9 +66,22 @@ impl GripperEmission {
     /// Log density; the value is measured in the unit of its kind.
     pub fn log_density(&self, command: Gripper) -> f64 {
         let kind = index(command);
-        let error = command.value() - self.means[kind];
-        let variance = self.variances[kind];
-        libm::log(self.probabilities[kind]) - 0.5 * (libm::log(2.0 * PI * variance) + error * error / variance)
+        self.log_normaliser(kind) - self.half_squared(kind, command.value())
+    }
+
+    /// What densities are made of, for many commands.
+    pub(super) fn scores(&self) -> Scores {
+        Scores { emission: *self, log_normalisers: [0, 1, 2].map(|kind| self.log_normaliser(kind)) }
+    }
+
+    fn log_normaliser(&self, kind: usize) -> f64 {
+        libm::log(self.probabilities[kind]) - 0.5 * libm::log(2.0 * PI * self.variances[kind])
+    }
+
+    /// Half the squared error of a value, in units of its standard deviation.
+    fn half_squared(&self, kind: usize, value: f64) -> f64 {
+        let error = value - self.means[kind];
+        0.5 * error * error / self.variances[kind]
     }
 
     /// KL(self ‖ other): of the kinds, and of the values within each.

@@ -1,7 +1,19 @@
-//! Likelihood, posteriors and best path, all in logarithms: two skills can be hundreds of standard deviations apart, and
-//! a scaled recursion would lose the paths that matter.
+//! Likelihood, posteriors and best path.
+//!
+//! Two skills can be hundreds of standard deviations apart, and a recursion that scales each frame by one number would lose
+//! the paths that matter. So a sequence of a left-to-right model is first gone through in plain numbers, each frame scaled by
+//! its greatest density. Scaled so, what underflows is below e^−708 of the product of the greatest densities; where the
+//! likelihood is far above that, nothing of it was lost. Where it is not, or the model is of another topology, the sequence
+//! is gone through in numbers that have an exponent of their own.
+
+mod general;
+mod left_to_right;
+mod wide;
 
 use super::{EmissionDensity, Hmm};
+
+use general::GeneralChain;
+use left_to_right::LeftToRightChain;
 
 /// Expected counts of one sequence of T frames under a model of K states.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,110 +26,53 @@ pub struct Expectations {
     pub transitions: Vec<f64>,
 }
 
-/// Log probabilities of a chain, the impossible transitions left out.
-#[derive(Default)]
-pub(super) struct LogChain {
-    initial: Vec<f64>,
-    end: Vec<f64>,
-    /// Predecessors of state j, in order, at `into_start[j]..into_start[j + 1]`.
-    into: Vec<(usize, f64)>,
-    into_start: Vec<usize>,
-    /// Successors of state i, in order, at `out_start[i]..out_start[i + 1]`.
-    out: Vec<(usize, f64)>,
-    out_start: Vec<usize>,
+/// The chain of a model, and room for the recursions over sequences up to some length: nothing is allocated from one sequence
+/// or re-estimation to the next.
+pub(super) struct Recursion {
+    left_to_right: LeftToRightChain,
+    general: GeneralChain,
 }
 
-impl LogChain {
+/// Which of the two holds the variables of the last sequence.
+#[derive(Clone, Copy)]
+enum Gone {
+    LeftToRight,
+    General,
+}
+
+impl Recursion {
+    /// For sequences of at most so many frames.
+    pub(super) fn new(frames: usize, states: usize) -> Self {
+        Self { left_to_right: LeftToRightChain::new(frames, states), general: GeneralChain::new(frames, states) }
+    }
+
+    /// Takes over the chain of a model of as many states.
     pub(super) fn set<E>(&mut self, hmm: &Hmm<E>) {
-        let k = hmm.states();
-        self.initial.clear();
-        self.initial.extend(hmm.initial.iter().map(|probability| libm::log(*probability)));
-        self.end.clear();
-        self.end.extend(hmm.end.iter().map(|probability| libm::log(*probability)));
-        self.into.clear();
-        self.into_start.clear();
-        self.out.clear();
-        self.out_start.clear();
-        for state in 0..k {
-            self.into_start.push(self.into.len());
-            self.out_start.push(self.out.len());
-            for other in 0..k {
-                let (to_here, from_here) = (hmm.transition[other * k + state], hmm.transition[state * k + other]);
-                if to_here > 0.0 {
-                    self.into.push((other, libm::log(to_here)));
-                }
-                if from_here > 0.0 {
-                    self.out.push((other, libm::log(from_here)));
-                }
-            }
-        }
-        self.into_start.push(self.into.len());
-        self.out_start.push(self.out.len());
+        self.left_to_right.set(hmm);
+        self.general.set(hmm);
     }
 
-    fn predecessors(&self, state: usize) -> &[(usize, f64)] {
-        &self.into[self.into_start[state]..self.into_start[state + 1]]
-    }
-
-    fn successors(&self, state: usize) -> &[(usize, f64)] {
-        &self.out[self.out_start[state]..self.out_start[state + 1]]
-    }
-
-    fn states(&self) -> usize {
-        self.initial.len()
-    }
-
-    /// One step of the forward recursion: `next[j]` = log Σ_i exp(`now[i]` + log a_ij) + log b_j.
-    fn advance(&self, now: &[f64], log_densities: &[f64], next: &mut [f64]) {
-        for (state, value) in next.iter_mut().enumerate() {
-            let terms = self.predecessors(state).iter().map(|(from, weight)| now[*from] + weight);
-            *value = log_sum_exp(terms) + log_densities[state];
+    /// The log likelihood of a sequence by the log densities of its frames, T × K.
+    fn forward(&mut self, log_densities: &[f64]) -> (f64, Gone) {
+        match self.left_to_right.forward(log_densities) {
+            Some(log_likelihood) => (log_likelihood, Gone::LeftToRight),
+            None => (self.general.forward(log_densities), Gone::General),
         }
     }
 
-    /// Fills `forward`, `occupancy` (T × K both) and adds to `transitions` (K × K); returns the log likelihood. Where that
-    /// is −∞ there is no posterior, and `occupancy` and `transitions` are not touched.
+    /// Fills `occupancy` (T × K) and adds to `transitions` (K × K); returns the log likelihood. Where that is −∞ there is no
+    /// posterior, and neither is touched.
     pub(super) fn expectations(
-        &self,
+        &mut self,
         log_densities: &[f64],
-        forward: &mut [f64],
-        backward: &mut Vec<f64>,
         occupancy: &mut [f64],
         transitions: &mut [f64],
     ) -> f64 {
-        let k = self.states();
-        let frames = log_densities.len() / k;
-        for state in 0..k {
-            forward[state] = self.initial[state] + log_densities[state];
-        }
-        for frame in 1..frames {
-            let (past, next) = forward.split_at_mut(frame * k);
-            self.advance(&past[(frame - 1) * k..], &log_densities[frame * k..], &mut next[..k]);
-        }
-        let last = &forward[(frames - 1) * k..frames * k];
-        let log_likelihood = log_sum_exp(last.iter().zip(&self.end).map(|(forward, end)| forward + end));
-        if log_likelihood == f64::NEG_INFINITY {
-            return log_likelihood;
-        }
-        // `backward` holds, for the frame after, log (b_j β_j), and then this frame's log β.
-        backward.clear();
-        backward.resize(2 * k, 0.0);
-        let (after, now) = backward.split_at_mut(k);
-        now.copy_from_slice(&self.end);
-        for frame in (0..frames).rev() {
-            if frame + 1 < frames {
-                for state in 0..k {
-                    let terms = self.successors(state).iter().map(|(to, weight)| weight + after[*to]);
-                    now[state] = log_sum_exp(terms);
-                    let reached = forward[frame * k + state] - log_likelihood;
-                    for (to, weight) in self.successors(state) {
-                        transitions[state * k + to] += exp(reached + weight + after[*to]);
-                    }
-                }
-            }
-            for state in 0..k {
-                occupancy[frame * k + state] = exp(forward[frame * k + state] + now[state] - log_likelihood);
-                after[state] = now[state] + log_densities[frame * k + state];
+        let (log_likelihood, gone) = self.forward(log_densities);
+        if log_likelihood > f64::NEG_INFINITY {
+            match gone {
+                Gone::LeftToRight => self.left_to_right.backward(occupancy, transitions),
+                Gone::General => self.general.backward(occupancy, transitions),
             }
         }
         log_likelihood
@@ -142,7 +97,7 @@ pub(crate) fn log_sum_exp(terms: impl Iterator<Item = f64> + Clone) -> f64 {
 
 impl<E: EmissionDensity> Hmm<E> {
     /// Log density of every frame in every state, shape (T, K), over what `densities` held.
-    pub(super) fn log_densities(&self, frames: &[E::Frame], densities: &mut Vec<f64>) {
+    fn log_densities(&self, frames: &[E::Frame], densities: &mut Vec<f64>) {
         densities.clear();
         for frame in frames {
             densities.extend(self.emissions.iter().map(|emission| emission.log_density(frame)));
@@ -151,33 +106,23 @@ impl<E: EmissionDensity> Hmm<E> {
 
     /// Log probability of a sequence, its end included. −∞ for no frame: every sequence has one.
     pub fn log_likelihood(&self, frames: &[E::Frame]) -> f64 {
-        let mut chain = LogChain::default();
-        chain.set(self);
-        self.log_likelihood_by(&chain, frames)
+        if frames.is_empty() { f64::NEG_INFINITY } else { self.total_log_likelihood(&[frames]) }
     }
 
-    /// [`Hmm::log_likelihood`] of several sequences, summed in their order.
+    /// [`Hmm::log_likelihood`] of several sequences, summed in their order; those without a frame do not count.
     pub fn total_log_likelihood<S: AsRef<[E::Frame]>>(&self, sequences: &[S]) -> f64 {
-        let mut chain = LogChain::default();
-        chain.set(self);
-        sequences.iter().map(|sequence| self.log_likelihood_by(&chain, sequence.as_ref())).sum()
-    }
-
-    pub(super) fn log_likelihood_by(&self, chain: &LogChain, frames: &[E::Frame]) -> f64 {
-        let Some(first) = frames.first() else { return f64::NEG_INFINITY };
-        let densities = |frame| self.emissions.iter().map(move |emission| emission.log_density(frame));
-        let mut now: Vec<f64> =
-            chain.initial.iter().zip(densities(first)).map(|(start, density)| start + density).collect();
-        let mut next = vec![0.0; now.len()];
-        let mut here = vec![0.0; now.len()];
-        for frame in &frames[1..] {
-            for (value, density) in here.iter_mut().zip(densities(frame)) {
-                *value = density;
+        let longest = sequences.iter().map(|sequence| sequence.as_ref().len()).max().unwrap_or_default();
+        let mut recursion = Recursion::new(longest, self.states());
+        recursion.set(self);
+        let mut densities = Vec::with_capacity(longest * self.states());
+        let mut total = 0.0;
+        for sequence in sequences {
+            if !sequence.as_ref().is_empty() {
+                self.log_densities(sequence.as_ref(), &mut densities);
+                total += recursion.forward(&densities).0;
             }
-            chain.advance(&now, &here, &mut next);
-            core::mem::swap(&mut now, &mut next);
         }
-        log_sum_exp(now.iter().zip(&chain.end).map(|(forward, end)| forward + end))
+        total
     }
 
     /// Posterior counts of a sequence (the E step). None where the sequence has probability 0 or no frame.
@@ -186,14 +131,12 @@ impl<E: EmissionDensity> Hmm<E> {
             return None;
         }
         let k = self.states();
-        let mut chain = LogChain::default();
-        chain.set(self);
         let mut densities = Vec::new();
         self.log_densities(frames, &mut densities);
-        let (mut forward, mut occupancy) = (vec![0.0; densities.len()], vec![0.0; densities.len()]);
-        let mut transitions = vec![0.0; k * k];
-        let log_likelihood =
-            chain.expectations(&densities, &mut forward, &mut Vec::new(), &mut occupancy, &mut transitions);
+        let mut recursion = Recursion::new(frames.len(), k);
+        recursion.set(self);
+        let (mut occupancy, mut transitions) = (vec![0.0; densities.len()], vec![0.0; k * k]);
+        let log_likelihood = recursion.expectations(&densities, &mut occupancy, &mut transitions);
         (log_likelihood > f64::NEG_INFINITY).then_some(Expectations { log_likelihood, occupancy, transitions })
     }
 
@@ -204,23 +147,23 @@ impl<E: EmissionDensity> Hmm<E> {
             return (Vec::new(), f64::NEG_INFINITY);
         }
         let k = self.states();
-        let mut chain = LogChain::default();
-        chain.set(self);
-        let mut densities = Vec::new();
-        self.log_densities(frames, &mut densities);
-        let mut now: Vec<f64> = chain.initial.iter().zip(&densities).map(|(start, density)| start + density).collect();
+        let logs = |probabilities: &[f64]| probabilities.iter().copied().map(libm::log).collect::<Vec<f64>>();
+        let (initial, transition, end) = (logs(&self.initial), logs(&self.transition), logs(&self.end));
+        let densities = |frame| self.emissions.iter().map(move |emission| emission.log_density(frame));
+        let mut now: Vec<f64> =
+            initial.iter().zip(densities(&frames[0])).map(|(start, density)| start + density).collect();
         let mut next = vec![0.0; k];
         let mut from = vec![0; frames.len() * k];
-        for frame in 1..frames.len() {
-            for state in 0..k {
-                let terms = chain.predecessors(state).iter().map(|(before, weight)| (*before, now[*before] + weight));
-                let (before, value) = greatest(terms);
+        for (frame, observation) in frames.iter().enumerate().skip(1) {
+            for (state, density) in densities(observation).enumerate() {
+                let (before, value) =
+                    greatest((0..k).map(|before| (before, now[before] + transition[before * k + state])));
                 from[frame * k + state] = before;
-                next[state] = value + densities[frame * k + state];
+                next[state] = value + density;
             }
             core::mem::swap(&mut now, &mut next);
         }
-        let (mut state, value) = greatest(now.iter().zip(&chain.end).map(|(now, end)| now + end).enumerate());
+        let (mut state, value) = greatest(now.iter().zip(&end).map(|(now, end)| now + end).enumerate());
         let mut path = vec![0; frames.len()];
         for frame in (0..frames.len()).rev() {
             path[frame] = state;

@@ -127,14 +127,15 @@ impl ItmcdTask {
             let (model_size, mut counters) = (self.model.len(), Counters::default());
             // A node that this correction makes has no older way to replace.
             let replaces = modified.remove(planned);
+            let mut own = || self.learner.fit_policy(&[&segment], &mut counters);
             let target = if unmade.remove(planned) {
-                Target::New(self.learner.fit_policy(&[&segment], &mut counters)?)
+                Target::New(own()?)
             } else {
                 let z = made.get(planned).copied().unwrap_or(*planned);
                 if replaces {
                     let old = self.model.node(z)?.policy_segments.clone();
                     self.retired.entry(z).or_default().push(old);
-                    Target::Modify(z)
+                    Target::Modify(z, own()?)
                 } else {
                     Target::Existing(z)
                 }

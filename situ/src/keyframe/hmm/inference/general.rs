@@ -1,0 +1,111 @@
+//! The recursions of a chain of any topology, in numbers of any magnitude.
+
+use core::ops::Range;
+
+use super::super::Hmm;
+use super::wide::Wide;
+
+/// A chain, and the variables of the recursions over one sequence.
+pub(super) struct GeneralChain {
+    initial: Vec<Wide>,
+    end: Vec<Wide>,
+    /// Probability of state j after state i at `i * K + j`.
+    transition: Vec<Wide>,
+    /// Of each state, the range in which its successors are.
+    successors: Vec<Range<usize>>,
+    /// Densities of the sequence and forward variables, T × K.
+    densities: Vec<Wide>,
+    forward: Vec<Wide>,
+    /// b β of the frame after, and β of this one; K each.
+    after: Vec<Wide>,
+    now: Vec<Wide>,
+    frames: usize,
+    likelihood: Wide,
+}
+
+impl GeneralChain {
+    pub(super) fn new(frames: usize, states: usize) -> Self {
+        let zeros = |count| vec![Wide::ZERO; count];
+        Self {
+            initial: zeros(states),
+            end: zeros(states),
+            transition: zeros(states * states),
+            successors: vec![0..0; states],
+            densities: zeros(frames * states),
+            forward: zeros(frames * states),
+            after: zeros(states),
+            now: zeros(states),
+            frames: 0,
+            likelihood: Wide::ZERO,
+        }
+    }
+
+    pub(super) fn set<E>(&mut self, hmm: &Hmm<E>) {
+        let copy = |wide: &mut [Wide], plain: &[f64]| {
+            wide.iter_mut().zip(plain).for_each(|(wide, plain)| *wide = Wide::new(*plain));
+        };
+        copy(&mut self.initial, &hmm.initial);
+        copy(&mut self.end, &hmm.end);
+        copy(&mut self.transition, &hmm.transition);
+        for (range, row) in self.successors.iter_mut().zip(hmm.transition.chunks_exact(hmm.states())) {
+            let is_open = |probability: &f64| *probability > 0.0;
+            let first = row.iter().position(is_open).unwrap_or_default();
+            *range = first..row.iter().rposition(is_open).map_or(first, |last| last + 1);
+        }
+    }
+
+    /// The log likelihood of a sequence by the log densities of its frames, T × K.
+    pub(super) fn forward(&mut self, log_densities: &[f64]) -> f64 {
+        let k = self.initial.len();
+        self.frames = log_densities.len() / k;
+        for (density, log) in self.densities.iter_mut().zip(log_densities) {
+            *density = Wide::exp(*log);
+        }
+        for (state, value) in self.forward[..k].iter_mut().enumerate() {
+            *value = self.initial[state].times(self.densities[state]);
+        }
+        for frame in 1..self.frames {
+            let (past, next) = self.forward.split_at_mut(frame * k);
+            let (now, next) = (&past[(frame - 1) * k..], &mut next[..k]);
+            next.fill(Wide::ZERO);
+            for (state, range) in self.successors.iter().enumerate() {
+                for to in range.clone() {
+                    next[to] = next[to].plus(now[state].times_loosely(self.transition[state * k + to]));
+                }
+            }
+            for (value, density) in next.iter_mut().zip(&self.densities[frame * k..]) {
+                *value = value.brought_back().times(*density);
+            }
+        }
+        let last = self.forward[(self.frames - 1) * k..].iter().zip(&self.end);
+        let sum = last.fold(Wide::ZERO, |sum, (forward, end)| sum.plus(forward.times_loosely(*end)));
+        self.likelihood = sum.brought_back();
+        self.likelihood.log()
+    }
+
+    /// The posteriors of the sequence that [`GeneralChain::forward`] went through, whose likelihood is not 0: fills
+    /// `occupancy` (T × K) and adds to `transitions` (K × K).
+    pub(super) fn backward(&mut self, occupancy: &mut [f64], transitions: &mut [f64]) {
+        let k = self.initial.len();
+        let share = self.likelihood.inverse();
+        self.now.copy_from_slice(&self.end);
+        for frame in (0..self.frames).rev() {
+            for state in 0..k {
+                let reached = self.forward[frame * k + state].times(share);
+                if frame + 1 < self.frames {
+                    let mut sum = Wide::ZERO;
+                    for to in self.successors[state].clone() {
+                        let way = self.after[to].times_loosely(self.transition[state * k + to]);
+                        transitions[state * k + to] += reached.times_loosely(way).value();
+                        sum = sum.plus(way);
+                    }
+                    self.now[state] = sum.brought_back();
+                }
+                occupancy[frame * k + state] = reached.times_loosely(self.now[state]).value();
+            }
+            for (state, density) in self.densities[frame * k..(frame + 1) * k].iter().enumerate() {
+                self.after[state] = self.now[state].times(*density);
+            }
+        }
+    }
+}
