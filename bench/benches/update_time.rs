@@ -35,7 +35,7 @@ fn update_time(criterion: &mut Criterion) {
             let method = method::named(name).expect("a listed method");
             let subject = Subject::teach(&*method, Parameters::of(nodes, SEED)).expect("the automaton is learned");
             for edit in EDITS {
-                let cost = subject.measure("update_time", "nodes", edit).expect("the correction is learned");
+                let cost = subject.measure("update_time", "nodes", edit, 0).expect("the correction is learned");
                 assert_eq!(cost.edit_made, edit, "{name} at {nodes} nodes: a wrong result is not timed");
                 let work = cost.counters.named().map(|(counter, value)| format!("{counter} {value}"));
                 println!("{edit}, {name} at {nodes} nodes: |Z| {:?}, {}", cost.applicable, work.join(", "));

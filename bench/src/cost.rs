@@ -6,6 +6,7 @@ use situ::correction::Correction;
 use situ::edit::{Edit, difference};
 use situ::error::SituError;
 use situ::method::{Learned, Method};
+use situ::random::stream;
 use situ::trace::Trace;
 
 use crate::error::BenchError;
@@ -62,14 +63,15 @@ impl Subject {
         &*self.learned
     }
 
-    /// What one correction of this edit costs, as a record of a series of a protocol; the seed of the automaton draws where. The model stays
-    /// as it was.
+    /// What one correction of this edit costs, as a record of a series of a protocol. The seed of the automaton and the number of the
+    /// correction draw where it is. The model stays as it was.
     ///
     /// # Errors
     /// Where the correction cannot be learned.
-    pub fn measure(&self, protocol: &str, series: &str, edit: Edit) -> Result<Cost, BenchError> {
+    pub fn measure(&self, protocol: &str, series: &str, edit: Edit, correction: u32) -> Result<Cost, BenchError> {
         let Parameters { nodes, originals, seed, .. } = *self.automaton.parameters();
-        let planted = self.automaton.plant(edit, seed)?;
+        let place = if correction == 0 { seed } else { stream(seed, &format!("correction {correction}")) };
+        let planted = self.automaton.plant(edit, place)?;
         let before = self.learned.graph();
         let last = planted.last(&before);
         let last =
@@ -86,6 +88,7 @@ impl Subject {
             originals: count(originals),
             edit,
             seed,
+            correction,
             applicable: trace.steps.iter().map(|step| count(step.applicable)).collect(),
             model_size: trace.steps.iter().map(|step| count(step.model_size)).collect(),
             counters: trace.counters,

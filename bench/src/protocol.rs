@@ -40,11 +40,18 @@ pub struct CostSeries {
     pub cells: Option<u32>,
     /// Draws of each.
     pub seeds: u64,
+    /// Corrections of each edit on each automaton.
+    #[serde(default = "CostSeries::usual_corrections")]
+    pub corrections: u32,
 }
 
 impl CostSeries {
     fn usual_originals() -> Vec<u32> {
         vec![3]
+    }
+
+    fn usual_corrections() -> u32 {
+        1
     }
 
     /// The automata of a size and a number of originals.
@@ -96,12 +103,13 @@ pub struct Protocol {
 }
 
 /// The protocols that come with the program.
-const BUILTIN: [(&str, &str); 6] = [
+const BUILTIN: [(&str, &str); 7] = [
     ("quick", include_str!("../protocols/quick.toml")),
     ("families", include_str!("../protocols/families.toml")),
     ("methods", include_str!("../protocols/methods.toml")),
     ("ablations", include_str!("../protocols/ablations.toml")),
     ("cost", include_str!("../protocols/cost.toml")),
+    ("latency", include_str!("../protocols/latency.toml")),
     ("paper", include_str!("../protocols/paper.toml")),
 ];
 

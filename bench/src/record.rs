@@ -80,6 +80,8 @@ pub enum Identity {
         originals: u32,
         /// The seed of the automaton.
         seed: u64,
+        /// The number of the correction.
+        correction: u32,
     },
 }
 
@@ -93,14 +95,20 @@ impl fmt::Display for Identity {
                 }
                 write!(formatter, ", {teacher}, {method}, seed {seed}")
             }
-            Self::Cost { protocol, series, method, edit, nodes, originals, seed } => {
+            Self::Cost { protocol, series, method, edit, nodes, originals, seed, correction } => {
                 write!(
                     formatter,
                     "{protocol}, {series}, cost of {edit} at {nodes} nodes and {originals} originals, {method}, seed {seed}"
-                )
+                )?;
+                if *correction > 0 { write!(formatter, ", correction {correction}") } else { Ok(()) }
             }
         }
     }
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_first(correction: &u32) -> bool {
+    *correction == 0
 }
 
 /// What teaching took: number and length of demonstrations.
@@ -327,8 +335,11 @@ pub struct Cost {
     pub originals: u32,
     /// The edit that was planted.
     pub edit: Edit,
-    /// The seed of the automaton and of the correction.
+    /// The seed of the automaton; with the number of the correction, that of the correction.
     pub seed: u64,
+    /// The number of the correction among those of the same edit; left out where it is 0, the first.
+    #[serde(default, skip_serializing_if = "is_first")]
+    pub correction: u32,
     /// |Z| at each step.
     pub applicable: Vec<u32>,
     /// |T| at each step.
@@ -362,6 +373,7 @@ impl Record {
                 nodes: cost.nodes,
                 originals: cost.originals,
                 seed: cost.seed,
+                correction: cost.correction,
             },
         }
     }

@@ -48,6 +48,7 @@ struct CostGroup {
     series: String,
     method: Box<dyn Method>,
     parameters: Parameters,
+    corrections: u32,
 }
 
 /// Runs that share an original model.
@@ -161,7 +162,8 @@ impl Plan {
                     for seed in first_seed..first_seed.saturating_add(series.seeds) {
                         let Some(method) = method::named(name) else { continue };
                         let parameters = series.parameters(*nodes, *originals, seed);
-                        costs.push(CostGroup { series: series.series.clone(), method, parameters });
+                        let (series, corrections) = (series.series.clone(), series.corrections);
+                        costs.push(CostGroup { series, method, parameters, corrections });
                     }
                 }
             }
@@ -176,7 +178,7 @@ impl Plan {
             let stages: usize = group.sequences.iter().map(|(_, settings)| settings.len()).sum();
             group.variations.len() * self.methods.len() + stages * in_sequence
         });
-        runs.sum::<usize>() + self.costs.len() * Edit::ALL.len()
+        runs.sum::<usize>() + self.costs.iter().map(|group| group.corrections as usize * Edit::ALL.len()).sum::<usize>()
     }
 
     /// Whether the plan makes none.
@@ -206,7 +208,7 @@ impl Plan {
         // Costs first, one after another and nothing beside them: they are timed.
         for group in &self.costs {
             let Parameters { nodes, originals, seed, .. } = group.parameters;
-            let identity = |edit| Identity::Cost {
+            let identity = |edit, correction| Identity::Cost {
                 protocol: self.protocol.name.clone(),
                 series: group.series.clone(),
                 method: group.method.name().to_owned(),
@@ -214,20 +216,23 @@ impl Plan {
                 nodes: count(nodes),
                 originals: count(originals),
                 seed,
+                correction,
             };
-            let (finished, left): (Vec<Edit>, Vec<Edit>) =
-                Edit::ALL.into_iter().partition(|edit| done.contains(&identity(*edit)));
+            let (finished, left): (Vec<_>, Vec<_>) = Edit::ALL
+                .into_iter()
+                .flat_map(|edit| (0..group.corrections).map(move |correction| (edit, correction)))
+                .partition(|(edit, correction)| done.contains(&identity(*edit, *correction)));
             finished.iter().for_each(|_| progress.finished());
             if left.is_empty() {
                 continue;
             }
             progress.at(&format!("update cost, {}, {}, {nodes} nodes, seed {seed}", group.series, group.method.name()));
             let subject = Subject::teach(&*group.method, group.parameters)?;
-            for edit in left {
+            for (edit, correction) in left {
                 if interrupted.load(Ordering::Relaxed) {
                     return Err(BenchError::Interrupted);
                 }
-                write(Record::Cost(subject.measure(&self.protocol.name, &group.series, edit)?))?;
+                write(Record::Cost(subject.measure(&self.protocol.name, &group.series, edit, correction)?))?;
             }
         }
         self.groups.par_iter().try_for_each(|group| {

@@ -27,7 +27,7 @@ fn costs(name: &str) -> Vec<Cost> {
     for nodes in SIZES {
         for seed in 0..SEEDS {
             let subject = Subject::teach(&*method, Parameters::of(nodes, seed)).unwrap();
-            costs.extend(Edit::ALL.map(|edit| subject.measure("test", "nodes", edit).unwrap()));
+            costs.extend(Edit::ALL.map(|edit| subject.measure("test", "nodes", edit, 0).unwrap()));
         }
     }
     costs
@@ -77,7 +77,7 @@ fn the_program_makes_tables_of_measured_costs() {
         for nodes in [10, 20, 40] {
             let method = method::named(name).unwrap();
             let subject = Subject::teach(&*method, Parameters::of(nodes, 1)).unwrap();
-            let cost = subject.measure("test", "nodes", Edit::NodeAddition).unwrap();
+            let cost = subject.measure("test", "nodes", Edit::NodeAddition, 0).unwrap();
             ledger.append(&Record::Cost(cost)).unwrap();
         }
     }

@@ -15,6 +15,23 @@ pub trait Initiation {
 
     /// Whether `c(state) = 1`: indexes the model (A1.6).
     fn is_applicable(&self, state: &State) -> bool;
+
+    /// A ball of states outside of which it is never applicable, where there is one: it is asked first, of all primitives at once. The
+    /// scales are the same for all classifiers of a model.
+    fn ball(&self) -> Option<Ball<'_>> {
+        None
+    }
+}
+
+/// The states whose scaled features are near a centre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ball<'a> {
+    /// What each feature is divided by.
+    pub scales: &'a [f64],
+    /// The centre, scaled.
+    pub centre: &'a [f64],
+    /// The greatest sum of squared differences to the centre.
+    pub greatest: f64,
 }
 
 /// What Cluster and Find-Policy say together (A2.2 to A2.4; the keyframe instantiation merges them).

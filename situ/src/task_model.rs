@@ -1,6 +1,7 @@
 //! The task model `T`: an automaton whose nodes are primitives, and the traversal histories of the data beneath it.
 
 mod reconnect;
+mod screen;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -13,6 +14,8 @@ use crate::error::SituError;
 use crate::place::{NodeId, Place, SampleId, Samples, SegmentId};
 use crate::primitive::{Initiation, Learner};
 use crate::trace::Counters;
+
+use screen::Screen;
 
 /// A node `z`: a primitive with the data beneath it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -92,6 +95,8 @@ pub struct TaskModel<L: Learner> {
     followers: BTreeMap<SegmentId, Vec<u32>>,
     #[serde(skip)]
     by_reference: BTreeMap<Arc<str>, BTreeSet<NodeId>>,
+    #[serde(skip)]
+    screen: Screen,
     next: u32,
     calibration: L::Calibration,
 }
@@ -111,6 +116,7 @@ impl<L: Learner> TaskModel<L> {
             histories: Vec::new(),
             followers: BTreeMap::new(),
             by_reference: BTreeMap::new(),
+            screen: Screen::default(),
             next: 0,
             calibration,
         }
@@ -210,7 +216,7 @@ impl<L: Learner> TaskModel<L> {
     /// `{ z_j ∈ T | c_j(s) = 1 }` (A1.6): the primitives whose classifier is activated, in the order of their ids.
     pub fn applicable(&self, state: &State, counters: &mut Counters) -> Vec<NodeId> {
         counters.classifier_evaluations += self.nodes.len() as u64;
-        self.nodes.iter().filter(|(_, node)| node.classifier.is_applicable(state)).map(|(id, _)| *id).collect()
+        self.screen.passing(state).filter(|id| self.nodes[id].classifier.is_applicable(state)).collect()
     }
 
     /// The probability that `place` can begin in `state`; 0 for START and for END before anything ended.
@@ -287,6 +293,7 @@ impl<L: Learner> TaskModel<L> {
         let reference = self.segment(*first).reference.clone();
         self.by_reference.entry(reference.clone()).or_default().insert(id);
         let policy_segments = segments.clone();
+        self.screen.set(id, &classifier);
         self.nodes.insert(id, Node { reference, segments, policy_segments, policy, samples, classifier });
         id
     }
@@ -394,7 +401,10 @@ impl<L: Learner> TaskModel<L> {
             let Some(samples) = self.samples(*place).filter(|samples| !samples.positives.is_empty()) else { continue };
             let classifier = self.fit_samples(learner, samples, counters)?;
             match place {
-                Place::Node(id) => self.node_mut(*id)?.classifier = classifier,
+                Place::Node(id) => {
+                    self.screen.set(*id, &classifier);
+                    self.node_mut(*id)?.classifier = classifier;
+                }
                 _ => self.end.classifier = Some(classifier),
             }
         }

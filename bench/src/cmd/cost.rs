@@ -152,7 +152,7 @@ fn one_automaton(protocol: &Protocol, words: &[String]) -> Result<(), BenchError
     let known = || method::all().into_iter().map(|method| method.name());
     let named = method::named(method).ok_or_else(|| BenchError::unknown("method", method, known()))?;
     let subject = Subject::teach(&*named, found.parameters(number(nodes)?, number(originals)?, number(seed)?.into()))?;
-    Edit::ALL.into_iter().try_for_each(|edit| subject.measure(&protocol.name, series, edit).map(|_| ()))
+    Edit::ALL.into_iter().try_for_each(|edit| subject.measure(&protocol.name, series, edit, 0).map(|_| ()))
 }
 
 /// Where this is.

@@ -7,6 +7,7 @@ pub mod cost;
 pub mod edits;
 pub mod effort;
 pub mod growth;
+pub mod latency;
 pub mod methods;
 pub mod retention;
 pub mod separate;
@@ -87,6 +88,7 @@ impl Kind {
                 growth::scaling(&records),
                 growth::slopes(&records),
                 growth::crossover(&records),
+                latency::latency(&records),
             ],
             Self::Retention => vec![retention::table(&records)],
             Self::Methods => vec![methods::table(&records)],

@@ -118,6 +118,7 @@ fn cost(method: &str, nodes: u32, seed: u64, work: u64, update_seconds: f64) -> 
         originals: 3,
         edit: Edit::EdgeAddition,
         seed,
+        correction: 0,
         applicable: if method == "rebuild" { Vec::new() } else { vec![4] },
         model_size: if method == "rebuild" { Vec::new() } else { vec![nodes] },
         counters: Counters { hmm_fits: work, em_iterations: 5 * work, classifier_fits: 3, ..Counters::default() },

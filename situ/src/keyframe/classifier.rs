@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::logistic::LogisticFit;
 use super::parameters::Lift;
 use crate::demonstration::State;
-use crate::primitive::Initiation;
+use crate::primitive::{Ball, Initiation};
 
 /// A fitted initiation classifier.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -65,5 +65,11 @@ impl Initiation for KeyframeClassifier {
     fn is_applicable(&self, state: &State) -> bool {
         let scaled = scaled(state, &self.scales);
         squared_distance(&scaled, &self.centre) <= self.radius * self.radius && self.confidence(&scaled) >= 0.5
+    }
+
+    fn ball(&self) -> Option<Ball<'_>> {
+        // A hair wider than `is_applicable` is, which has the last word.
+        let greatest = self.radius * self.radius * self.centre.len() as f64 * (1.0 + 1e-9);
+        self.radius.is_finite().then_some(Ball { scales: &self.scales, centre: &self.centre, greatest })
     }
 }

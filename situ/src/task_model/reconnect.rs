@@ -64,6 +64,7 @@ impl<L: Learner> TaskModel<L> {
         for parent in self.parents.remove(&place).unwrap_or_default() {
             detach(&mut self.children, parent, place);
         }
+        self.screen.remove(id);
         if let Some(node) = self.nodes.remove(&id)
             && let Some(ids) = self.by_reference.get_mut(&node.reference)
         {

@@ -13,6 +13,8 @@ use crate::keyframe::pose::{MEAN_STEPS, MEAN_TOLERANCE, karcher_mean, turn};
 
 /// A state with no more expected frames than this keeps the parameters it had.
 const EMPTY_STATE: f64 = 1e-12;
+/// Re-estimations that the records of a fit have room for from the start.
+const USUAL_ITERATIONS: usize = 100;
 /// Frames whose share of a state is below this are left out of its sums: together they are under the rounding error.
 const NEGLIGIBLE_SHARE: f64 = 1e-20;
 
@@ -225,7 +227,9 @@ impl Workspace {
 
     /// Climbs until the objective comes to rest.
     fn climb(&mut self, mut hmm: Hmm, parameters: &HmmParameters) -> Result<Fit, HmmError> {
-        let (mut log_likelihoods, mut objectives) = (Vec::new(), Vec::<f64>::new());
+        let moments = parameters.max_iterations.min(USUAL_ITERATIONS) + 1;
+        let mut log_likelihoods = Vec::with_capacity(moments);
+        let mut objectives: Vec<f64> = Vec::with_capacity(moments);
         let mut iterations = 0;
         loop {
             let log_likelihood = self.expect(&hmm)?;

@@ -1,0 +1,40 @@
+//! Nothing is allocated from one re-estimation to the next: a fit of many iterations allocates as often as a fit of few.
+
+use allocation_counter::measure;
+use nalgebra::{Translation3, UnitQuaternion, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use situ::demonstration::{Gripper, Pose};
+use situ::keyframe::hmm::{Hmm, HmmParameters, Observation};
+
+/// Noisy sequences of one path with a turn, with gripper commands.
+fn sequences() -> Vec<Vec<Observation>> {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let mut noise = move || 0.02 * (rng.random::<f64>() - 0.5);
+    let mut observation = |frame: usize| {
+        let share = frame as f64 / 20.0;
+        let position = Translation3::new(share + noise(), 0.1 * share * share + noise(), noise());
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::new(noise(), noise(), 1.5 * share + noise()));
+        let gripper = if frame < 10 { Gripper::Open(0.05 + noise()) } else { Gripper::Close(20.0 + noise()) };
+        Observation { pose: Pose::from_parts(position, turn), gripper: Some(gripper) }
+    };
+    (0..6).map(|_| (0..20).map(&mut observation).collect()).collect()
+}
+
+#[test]
+fn re_estimation_allocates_nothing() {
+    let sequences = sequences();
+    let sequences: Vec<&[Observation]> = sequences.iter().map(Vec::as_slice).collect();
+    let fit = |max_iterations: usize| {
+        // A tolerance of 0: the fit goes on to the last iteration.
+        let parameters = HmmParameters { max_iterations, tolerance: 0.0, ..HmmParameters::default() };
+        let mut iterations = 0;
+        let counted = measure(|| iterations = Hmm::fit(&sequences, 6, &parameters).unwrap().iterations);
+        assert_eq!(iterations, max_iterations);
+        counted.count_total
+    };
+    let (none, few, many) = (fit(0), fit(2), fit(80));
+    println!("allocations of a fit with 0, 2 and 80 re-estimations: {none}, {few}, {many}");
+    assert!(none > 0, "the count counts");
+    assert_eq!((few, many), (none, none));
+}
