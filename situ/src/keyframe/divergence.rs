@@ -15,6 +15,11 @@ use super::hmm::{EmissionDensity, Hmm};
 /// A sampled sequence is cut off here: no policy is expected to be a hundredth as long.
 const MAX_SAMPLED_FRAMES: usize = 10_000;
 
+/// Samples that are drawn in each direction before the estimate is looked at, and again: fewer do not tell their own error.
+const BATCH: usize = 50;
+/// Standard errors from a cut at which an estimate is on the one side of it for certain. It is looked at twenty times at most.
+pub const CERTAIN: f64 = 5.0;
+
 /// A Monte Carlo estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MonteCarlo {
@@ -37,11 +42,6 @@ impl<'a, E: EmissionDensity> Explained<'a, E> {
     /// computed again.
     pub fn new(hmm: &'a Hmm<E>, sequences: &'a [Vec<E::Frame>], log_likelihood: f64) -> Self {
         Self { hmm, sequences, log_likelihood }
-    }
-
-    /// The model.
-    pub fn hmm(&self) -> &'a Hmm<E> {
-        self.hmm
     }
 
     /// (log own(X) − log other(X)) / |X|.
@@ -80,19 +80,73 @@ pub fn cross_likelihood<'a, E: EmissionDensity>(
 ///
 /// The same seed gives the same bits. Not symmetric: average it with the other direction.
 pub fn monte_carlo<E: EmissionDensity>(p: &Hmm<E>, q: &Hmm<E>, samples: usize, seed: u64) -> MonteCarlo {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let (mut mean, mut squares) = (0.0, 0.0);
-    for drawn in 1..=samples {
-        let sequence = p.sample(&mut rng, MAX_SAMPLED_FRAMES);
-        let ratio = p.log_likelihood(&sequence) - q.log_likelihood(&sequence);
-        // Welford's update: no cancellation.
-        let error = ratio - mean;
-        mean += error / drawn as f64;
-        squares += error * (ratio - mean);
+    let mut sampling = Sampling::new(p, q, seed);
+    sampling.draw(samples);
+    sampling.estimate()
+}
+
+/// The mean of [`monte_carlo`] in both directions, `samples` in each at most: no more are drawn once it is certain on which side of `cut` it
+/// is, by [`CERTAIN`] standard errors. The number of samples drawn in each direction comes with it.
+pub fn monte_carlo_against<E: EmissionDensity>(
+    p: &Hmm<E>,
+    q: &Hmm<E>,
+    samples: usize,
+    seed: u64,
+    cut: f64,
+) -> (MonteCarlo, usize) {
+    let (mut there, mut back) = (Sampling::new(p, q, seed), Sampling::new(q, p, seed));
+    loop {
+        let batch = BATCH.min(samples - there.drawn);
+        there.draw(batch);
+        back.draw(batch);
+        let (one, other) = (there.estimate(), back.estimate());
+        let estimate = MonteCarlo {
+            mean: 0.5 * (one.mean + other.mean),
+            standard_error: 0.5 * libm::hypot(one.standard_error, other.standard_error),
+        };
+        // An infinite mean is above any cut, whatever else is drawn.
+        let certain = estimate.mean == f64::INFINITY
+            || (estimate.mean - cut).abs() > CERTAIN * estimate.standard_error && there.drawn >= BATCH;
+        if certain || there.drawn == samples {
+            return (estimate, there.drawn);
+        }
     }
-    let length = p.expected_length();
-    let error = if samples < 2 { f64::INFINITY } else { libm::sqrt(squares / (samples - 1) as f64 / samples as f64) };
-    // An impossible sequence makes the running mean infinite, and the next one makes it no number.
-    let mean = if mean.is_finite() { mean / length } else { f64::INFINITY };
-    MonteCarlo { mean, standard_error: if mean.is_finite() { error / length } else { f64::INFINITY } }
+}
+
+/// A running estimate of KL(p ‖ q).
+struct Sampling<'a, E> {
+    p: &'a Hmm<E>,
+    q: &'a Hmm<E>,
+    rng: ChaCha8Rng,
+    drawn: usize,
+    mean: f64,
+    /// Sum of the squared errors.
+    squares: f64,
+}
+
+impl<'a, E: EmissionDensity> Sampling<'a, E> {
+    fn new(p: &'a Hmm<E>, q: &'a Hmm<E>, seed: u64) -> Self {
+        Self { p, q, rng: ChaCha8Rng::seed_from_u64(seed), drawn: 0, mean: 0.0, squares: 0.0 }
+    }
+
+    fn draw(&mut self, samples: usize) {
+        for _ in 0..samples {
+            let sequence = self.p.sample(&mut self.rng, MAX_SAMPLED_FRAMES);
+            let ratio = self.p.log_likelihood(&sequence) - self.q.log_likelihood(&sequence);
+            self.drawn += 1;
+            // Welford's update: no cancellation.
+            let error = ratio - self.mean;
+            self.mean += error / self.drawn as f64;
+            self.squares += error * (ratio - self.mean);
+        }
+    }
+
+    fn estimate(&self) -> MonteCarlo {
+        let length = self.p.expected_length();
+        let samples = self.drawn as f64;
+        let error = if self.drawn < 2 { f64::INFINITY } else { libm::sqrt(self.squares / (samples - 1.0) / samples) };
+        // An impossible sequence makes the running mean infinite, and the next one makes it no number.
+        let mean = if self.mean.is_finite() { self.mean / length } else { f64::INFINITY };
+        MonteCarlo { mean, standard_error: if mean.is_finite() { error / length } else { f64::INFINITY } }
+    }
 }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::alignment::displacement;
 use super::classifier::{KeyframeClassifier, lifted, scaled, squared_distance, standardised};
 use super::cluster::average_linkage;
-use super::divergence::{Explained, monte_carlo, transient_bound};
+use super::divergence::{cross_likelihood, monte_carlo, monte_carlo_against, transient_bound};
 use super::hmm::{Fit, Hmm, HmmParameters, Observation};
 use super::interpolate::resample;
 use super::logistic;
@@ -111,39 +111,49 @@ impl KeyframeLearner {
     }
 
     /// The divergence of two policies, symmetrised, nats a frame; infinite across reference objects (D6) and grips (D6b, D7).
-    fn divergence(&self, left: &KeyframePolicy, right: &KeyframePolicy, counters: &mut Counters) -> f64 {
+    /// Where a `cut` is given, only the side of it is certain.
+    fn divergence(
+        &self,
+        left: &KeyframePolicy,
+        right: &KeyframePolicy,
+        cut: Option<f64>,
+        counters: &mut Counters,
+    ) -> f64 {
         let other_object = left.reference != right.reference && !self.parameters.across_references;
         let other_grip = left.ends_closed() != right.ends_closed() && !self.parameters.across_grips;
         if other_object || other_grip {
             return f64::INFINITY;
         }
         counters.divergences += 1;
-        let q = right.explained();
+        let q = &right.signature;
         let poses_only;
-        let p = match self.parameters.compared {
-            Compared::Signatures => left.explained(),
+        let (p, compares_signatures) = match self.parameters.compared {
+            Compared::Signatures => (&left.signature, true),
             Compared::PolicyAgainstSignature => {
                 poses_only = left.hmm.poses_only();
-                let log_likelihood = poses_only.total_log_likelihood(&left.trajectories);
-                Explained::new(&poses_only, &left.trajectories, log_likelihood)
+                (&poses_only, false)
             }
         };
         match self.parameters.divergence {
-            Divergence::CrossLikelihood => p.divergence(&q),
+            Divergence::CrossLikelihood if compares_signatures => left.explained().divergence(&right.explained()),
+            Divergence::CrossLikelihood => cross_likelihood(p, &left.trajectories, q, &right.trajectories),
             Divergence::MonteCarlo(samples) => {
-                let (p, q, seed) = (p.hmm(), q.hmm(), self.parameters.seed);
-                0.5 * (monte_carlo(p, q, samples, seed).mean + monte_carlo(q, p, samples, seed).mean)
+                let seed = self.parameters.seed;
+                match cut {
+                    Some(cut) => monte_carlo_against(p, q, samples, seed, cut).0.mean,
+                    None => 0.5 * (monte_carlo(p, q, samples, seed).mean + monte_carlo(q, p, samples, seed).mean),
+                }
             }
-            Divergence::TransientBound => 0.5 * (transient_bound(p.hmm(), q.hmm()) + transient_bound(q.hmm(), p.hmm())),
+            Divergence::TransientBound => 0.5 * (transient_bound(p, q) + transient_bound(q, p)),
         }
     }
 
     /// Condensed distances: (0,1), (0,2), …, (1,2), …
-    fn distances(&self, policies: &[&KeyframePolicy], counters: &mut Counters) -> Vec<f64> {
+    fn distances(&self, policies: &[&KeyframePolicy], cut: Option<f64>, counters: &mut Counters) -> Vec<f64> {
         let mut distances = Vec::with_capacity(policies.len() * policies.len().saturating_sub(1) / 2);
         for (index, left) in policies.iter().enumerate() {
             for right in &policies[index + 1..] {
-                distances.push(self.divergence(left, right, counters));
+                distances.push(self.divergence(left, right, cut, counters));
             }
         }
         distances
@@ -174,7 +184,7 @@ impl KeyframeLearner {
     }
 
     fn labels(&self, policies: &[&KeyframePolicy], cut: f64, counters: &mut Counters) -> Vec<usize> {
-        average_linkage(&self.distances(policies, counters), policies.len()).cut(cut)
+        average_linkage(&self.distances(policies, Some(cut), counters), policies.len()).cut(cut)
     }
 }
 
@@ -288,7 +298,7 @@ impl Learner for KeyframeLearner {
     }
 
     fn distance(&self, left: &KeyframePolicy, right: &KeyframePolicy, counters: &mut Counters) -> f64 {
-        self.divergence(left, right, counters)
+        self.divergence(left, right, None, counters)
     }
 
     fn calibrate(&self, originals: &[&[Arc<Segment>]], counters: &mut Counters) -> Result<Calibration, SituError> {
@@ -314,7 +324,7 @@ impl Learner for KeyframeLearner {
         let mut distances = vec![prior; prior_copies];
         for segments in roles.values() {
             let policies = self.singles(segments, counters)?;
-            distances.extend(self.distances(&policies.iter().collect::<Vec<_>>(), counters));
+            distances.extend(self.distances(&policies.iter().collect::<Vec<_>>(), None, counters));
         }
         distances.sort_by(f64::total_cmp);
         Ok(Calibration { cut: (factor * percentile(&distances)).clamp(least, greatest) })

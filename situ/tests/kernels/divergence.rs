@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use situ::demonstration::{Gripper, Pose};
-use situ::keyframe::divergence::{cross_likelihood, monte_carlo, transient_bound};
+use situ::keyframe::divergence::{CERTAIN, cross_likelihood, monte_carlo, monte_carlo_against, transient_bound};
 use situ::keyframe::hmm::{Emission, EmissionDensity, Hmm, HmmParameters, Observation};
 use situ::keyframe::pose::{Tangent, exp, log};
 
@@ -92,6 +92,34 @@ fn sampling_is_its_seed() {
     let short = left_to_right(&[0.0], DEVIATION, 0.0);
     assert_eq!(monte_carlo(&p, &short, 100, 3).mean, f64::INFINITY);
     assert_eq!(monte_carlo(&p, &short, 100, 3).standard_error, f64::INFINITY);
+}
+
+/// Sampling against a cut draws no more than it must, is on the side that all samples are on, and without a decision it is all of them.
+#[test]
+fn sampling_stops_when_the_side_of_the_cut_is_certain() {
+    let p = left_to_right(&[0.0, 1.0, 2.0], DEVIATION, 0.5);
+    let q = left_to_right(&[0.0, 1.0, 3.0], DEVIATION, 0.5);
+    const MOST: usize = 1000;
+    let all = 0.5 * (monte_carlo(&p, &q, MOST, 3).mean + monte_carlo(&q, &p, MOST, 3).mean);
+    let mut drawn_before = MOST;
+    for apart in [0.0, 0.05, 0.2, 0.4] {
+        for cut in [all - apart, all + apart] {
+            let (found, drawn) = monte_carlo_against(&p, &q, MOST, 3, cut);
+            if apart == 0.0 {
+                assert_eq!((found.mean.to_bits(), drawn), (all.to_bits(), MOST));
+            } else {
+                assert_eq!(found.mean > cut, all > cut, "{cut}: {found:?} of {drawn}");
+                assert!(drawn == MOST || (found.mean - cut).abs() > CERTAIN * found.standard_error);
+                assert!(drawn <= drawn_before, "{drawn} samples at {apart}");
+            }
+        }
+        drawn_before = monte_carlo_against(&p, &q, MOST, 3, all + apart)
+            .1
+            .max(monte_carlo_against(&p, &q, MOST, 3, all - apart).1);
+    }
+    assert!(drawn_before < MOST / 4, "{drawn_before} samples for what is far from the cut");
+    let short = left_to_right(&[0.0], DEVIATION, 0.0);
+    assert_eq!(monte_carlo_against(&p, &short, MOST, 3, 1e9).0.mean, f64::INFINITY);
 }
 
 /// By hand: ½ [(log p(X_p) − log q(X_p)) / |X_p| + (log q(X_q) − log p(X_q)) / |X_q|].
