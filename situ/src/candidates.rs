@@ -31,7 +31,7 @@ pub struct Found {
 /// # Errors
 /// [`SituError::UnknownNode`] where `applicable` names a node that is not in the model.
 pub fn find<L: Learner>(
-    model: &TaskModel<L>,
+    model: &mut TaskModel<L>,
     segment: &Segment,
     own: &L::Policy,
     applicable: &[NodeId],
@@ -71,7 +71,7 @@ pub fn find<L: Learner>(
 }
 
 fn among<L: Learner>(
-    model: &TaskModel<L>,
+    model: &mut TaskModel<L>,
     own: &L::Policy,
     candidates: &[NodeId],
     learner: &L,
@@ -84,8 +84,9 @@ fn among<L: Learner>(
     if candidates.is_empty() {
         return Ok(Found { node: None, groups: Vec::new(), matched_in: MatchedIn::None, compared: 0 });
     }
+    let known = model.distances_among(learner, &candidates, counters)?;
     let policies = candidates.iter().map(|id| Ok(&model.node(*id)?.policy)).collect::<Result<Vec<_>, SituError>>()?;
-    let clustering = learner.cluster_and_find(own, &policies, model.calibration(), counters);
+    let clustering = learner.cluster_and_find(own, &policies, &known, model.calibration(), counters);
     let ids = |indices: &[usize]| indices.iter().map(|index| candidates[*index]).collect::<Vec<_>>();
     let mut groups = Vec::new();
     if decisions.merge_redundant {

@@ -72,17 +72,26 @@ pub trait Learner {
         counters: &mut Counters,
     ) -> Result<Self::Classifier, SituError>;
 
-    /// Cluster and Find-Policy (A2.2, A2.4): clusters a segment's own policy with those of the candidates.
+    /// Cluster and Find-Policy (A2.2, A2.4): clusters a segment's own policy with those of the candidates, whose distances
+    /// `among` them are known: (0,1), (0,2), …, (1,2), …
     fn cluster_and_find(
         &self,
         own: &Self::Policy,
         candidates: &[&Self::Policy],
+        among: &[f64],
         calibration: &Self::Calibration,
         counters: &mut Counters,
     ) -> Clustering;
 
-    /// The distance between two policies, in the unit of the calibration's cut; infinite where they cannot be compared.
-    fn distance(&self, left: &Self::Policy, right: &Self::Policy, counters: &mut Counters) -> f64;
+    /// The distance between two policies, in the unit of the calibration's cut; infinite where they cannot be compared. Where a
+    /// calibration is given, only the side of its cut need be right.
+    fn distance(
+        &self,
+        left: &Self::Policy,
+        right: &Self::Policy,
+        calibration: Option<&Self::Calibration>,
+        counters: &mut Counters,
+    ) -> f64;
 
     /// Calibrates the cut on the segments of the original demonstrations, one slice a demonstration.
     ///

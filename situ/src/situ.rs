@@ -110,7 +110,7 @@ pub(crate) fn near_enough<L: Learner>(
     counters: &mut Counters,
 ) -> Result<Option<NodeId>, SituError> {
     for y in suspects {
-        if learner.distance(&model.node(*y)?.policy, own, counters) <= rule.max_distance {
+        if learner.distance(&model.node(*y)?.policy, own, None, counters) <= rule.max_distance {
             return Ok(Some(*y));
         }
     }

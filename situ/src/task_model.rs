@@ -1,5 +1,6 @@
 //! The task model `T`: an automaton whose nodes are primitives, and the traversal histories of the data beneath it.
 
+mod distances;
 mod reconnect;
 mod screen;
 
@@ -15,6 +16,7 @@ use crate::place::{NodeId, Place, SampleId, Samples, SegmentId};
 use crate::primitive::{Initiation, Learner};
 use crate::trace::Counters;
 
+use distances::Distances;
 use screen::Screen;
 
 /// A node `z`: a primitive with the data beneath it.
@@ -97,6 +99,8 @@ pub struct TaskModel<L: Learner> {
     by_reference: BTreeMap<Arc<str>, BTreeSet<NodeId>>,
     #[serde(skip)]
     screen: Screen,
+    #[serde(skip)]
+    distances: Distances,
     next: u32,
     calibration: L::Calibration,
 }
@@ -117,6 +121,7 @@ impl<L: Learner> TaskModel<L> {
             followers: BTreeMap::new(),
             by_reference: BTreeMap::new(),
             screen: Screen::default(),
+            distances: Distances::default(),
             next: 0,
             calibration,
         }
@@ -217,6 +222,35 @@ impl<L: Learner> TaskModel<L> {
     pub fn applicable(&self, state: &State, counters: &mut Counters) -> Vec<NodeId> {
         counters.classifier_evaluations += self.nodes.len() as u64;
         self.screen.passing(state).filter(|id| self.nodes[id].classifier.is_applicable(state)).collect()
+    }
+
+    /// The distances between the policies of these nodes, in ascending order of their ids: (0,1), (0,2), …, (1,2), … Those of pairs whose
+    /// policies did not change since they were last asked for are not computed again.
+    ///
+    /// # Errors
+    /// [`SituError::UnknownNode`].
+    pub fn distances_among(
+        &mut self,
+        learner: &L,
+        ids: &[NodeId],
+        counters: &mut Counters,
+    ) -> Result<Vec<f64>, SituError> {
+        let mut among = Vec::with_capacity(ids.len() * ids.len().saturating_sub(1) / 2);
+        for (index, lower) in ids.iter().enumerate() {
+            for higher in &ids[index + 1..] {
+                let distance = match self.distances.get(*lower, *higher) {
+                    Some(distance) => distance,
+                    None => {
+                        let (left, right) = (&self.node(*lower)?.policy, &self.node(*higher)?.policy);
+                        let distance = learner.distance(left, right, Some(&self.calibration), counters);
+                        self.distances.keep(*lower, *higher, distance);
+                        distance
+                    }
+                };
+                among.push(distance);
+            }
+        }
+        Ok(among)
     }
 
     /// The probability that `place` can begin in `state`; 0 for START and for END before anything ended.
@@ -326,6 +360,7 @@ impl<L: Learner> TaskModel<L> {
         let node = self.node_mut(id)?;
         node.policy_segments.clear();
         node.policy = policy;
+        self.distances.forget(id);
         self.adopt(id, segment)
     }
 
@@ -384,6 +419,7 @@ impl<L: Learner> TaskModel<L> {
         let segments: Vec<&Segment> = self.node(id)?.policy_segments.iter().map(|id| &**self.segment(*id)).collect();
         let policy = learner.fit_policy(&segments, counters)?;
         self.node_mut(id)?.policy = policy;
+        self.distances.forget(id);
         Ok(())
     }
 

@@ -16,13 +16,13 @@ use proptest::sample::Index;
 use situ::candidates;
 use situ::correction::Correction;
 use situ::decisions::{Candidates, Decisions};
-use situ::demonstration::{Demonstration, Segment};
+use situ::demonstration::{Demonstration, Segment, State};
 use situ::edit::{Edit, difference};
 use situ::graph::Graph;
 use situ::keyframe::parameters::{Divergence, KeyframeParameters};
 use situ::method::rebuild::rebuild;
 use situ::place::{NodeId, Place};
-use situ::primitive::Learner;
+use situ::primitive::{Initiation, Learner};
 use situ::segmentation::by_reference_object;
 use situ::task_model::TaskModel;
 use situ::trace::{Branch, Counters, MatchedIn, Trace};
@@ -84,6 +84,29 @@ fn out_of_reach<L: Learner>(
     before.nodes().map(|(id, _)| id).filter(|id| !reached.contains(&Place::Node(*id))).collect()
 }
 
+/// A1.6, one node after the other.
+fn asked<L: Learner>(model: &TaskModel<L>, state: &State) -> Vec<NodeId> {
+    model.nodes().filter(|(_, node)| node.classifier.is_applicable(state)).map(|(id, _)| id).collect()
+}
+
+/// The distances that a model kept are those of its policies.
+fn nothing_kept_is_stale<L: Learner + Clone>(model: &TaskModel<L>, learner: &L) {
+    let (ids, mut counters) = (model.nodes().map(|(id, _)| id).collect::<Vec<_>>(), Counters::default());
+    let policy = |id: NodeId| &model.node(id).unwrap().policy;
+    let mut fresh = Vec::new();
+    for (index, lower) in ids.iter().enumerate() {
+        for higher in &ids[index + 1..] {
+            fresh.push(learner.distance(policy(*lower), policy(*higher), Some(model.calibration()), &mut counters));
+        }
+    }
+    let (mut first, mut again) = (Counters::default(), Counters::default());
+    let mut kept = model.clone();
+    assert_eq!(kept.distances_among(learner, &ids, &mut first).unwrap(), fresh);
+    assert!(first.divergences <= counters.divergences);
+    assert_eq!(kept.distances_among(learner, &ids, &mut again).unwrap(), fresh);
+    assert_eq!(again.divergences, 0);
+}
+
 /// Folds a demonstration in, and checks all that holds whatever the learner thinks.
 fn update<L>(
     before: &TaskModel<L>,
@@ -131,7 +154,8 @@ where
         let own = learner.fit_policy(&[&segments[0]], &mut Counters::default()).unwrap();
         let find = |z: &[NodeId]| {
             let mut counters = Counters::default();
-            let found = candidates::find(before, &segments[0], &own, z, learner, decisions, &mut counters).unwrap();
+            let mut model = before.clone();
+            let found = candidates::find(&mut model, &segments[0], &own, z, learner, decisions, &mut counters).unwrap();
             (found, counters)
         };
         let expected = find(&z);
@@ -141,6 +165,13 @@ where
         }
         z.reverse();
         assert_eq!(find(&z), expected);
+        for model in [before, &after] {
+            assert_eq!(
+                model.applicable(&segments[0].start, &mut Counters::default()),
+                asked(model, &segments[0].start)
+            );
+            nothing_kept_is_stale(model, learner);
+        }
     }
     (after, trace, far)
 }

@@ -281,12 +281,18 @@ impl Learner for KeyframeLearner {
         &self,
         own: &KeyframePolicy,
         candidates: &[&KeyframePolicy],
+        among: &[f64],
         calibration: &Calibration,
         counters: &mut Counters,
     ) -> Clustering {
-        let mut policies = candidates.to_vec();
-        policies.push(own);
-        let labels = self.labels(&policies, calibration.cut, counters);
+        // The segment's own is the last of all, and so the last of each candidate's row.
+        let mut distances = Vec::with_capacity(among.len() + candidates.len());
+        let mut known = among.iter();
+        for (index, candidate) in candidates.iter().enumerate() {
+            distances.extend(known.by_ref().take(candidates.len() - 1 - index));
+            distances.push(self.divergence(candidate, own, Some(calibration.cut), counters));
+        }
+        let labels = average_linkage(&distances, candidates.len() + 1).cut(calibration.cut);
         let mut clusters: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for (index, label) in labels[..candidates.len()].iter().enumerate() {
             clusters.entry(*label).or_default().push(index);
@@ -297,8 +303,14 @@ impl Learner for KeyframeLearner {
         Clustering { matched, redundant }
     }
 
-    fn distance(&self, left: &KeyframePolicy, right: &KeyframePolicy, counters: &mut Counters) -> f64 {
-        self.divergence(left, right, None, counters)
+    fn distance(
+        &self,
+        left: &KeyframePolicy,
+        right: &KeyframePolicy,
+        calibration: Option<&Calibration>,
+        counters: &mut Counters,
+    ) -> f64 {
+        self.divergence(left, right, calibration.map(|calibration| calibration.cut), counters)
     }
 
     fn calibrate(&self, originals: &[&[Arc<Segment>]], counters: &mut Counters) -> Result<Calibration, SituError> {

@@ -65,6 +65,7 @@ impl<L: Learner> TaskModel<L> {
             detach(&mut self.children, parent, place);
         }
         self.screen.remove(id);
+        self.distances.forget(id);
         if let Some(node) = self.nodes.remove(&id)
             && let Some(ids) = self.by_reference.get_mut(&node.reference)
         {

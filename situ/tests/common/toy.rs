@@ -96,7 +96,7 @@ impl Learner for Toy {
         Ok(Nearest { positives: values(positives), negatives: values(negatives) })
     }
 
-    fn cluster_and_find(&self, own: &Line, candidates: &[&Line], (): &(), _: &mut Counters) -> Clustering {
+    fn cluster_and_find(&self, own: &Line, candidates: &[&Line], _: &[f64], (): &(), _: &mut Counters) -> Clustering {
         let points: Vec<_> = candidates.iter().chain([&own]).map(|line| (line.reference.clone(), line.x)).collect();
         let labels = chains(&points, self.found);
         let (own, others) = labels.split_last().expect("the segment's own");
@@ -108,7 +108,7 @@ impl Learner for Toy {
         Clustering { matched, redundant: clusters.into_values().filter(|group| group.len() > 1).collect() }
     }
 
-    fn distance(&self, left: &Line, right: &Line, _: &mut Counters) -> f64 {
+    fn distance(&self, left: &Line, right: &Line, _: Option<&()>, _: &mut Counters) -> f64 {
         if left.reference == right.reference { (left.x - right.x).abs() } else { f64::INFINITY }
     }
 

@@ -84,7 +84,7 @@ fn neither_another_object_nor_another_grip_is_the_same_primitive() {
         fitted(&[segment("ball", &PICK)]),
     ];
     let distance = |parameters: KeyframeParameters, to: &KeyframePolicy| {
-        learner(parameters).distance(&pick, to, &mut Counters::default())
+        learner(parameters).distance(&pick, to, None, &mut Counters::default())
     };
     let default = KeyframeParameters::default;
     assert!(distance(default(), &again) < 1e-9);
