@@ -162,3 +162,45 @@ impl Residuals {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Translation3;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::keyframe::pose::{Tangent, exp, log};
+
+    /// Near and far frames alike: past 29° a rotation's logarithm is no polynomial.
+    #[test]
+    fn many_frames_at_once_are_what_one_is() {
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        for spread in [0.0, 1e-9, 0.1, 0.5, 1.5, 3.0] {
+            let mut draw = |size: f64| size * (2.0 * rng.random::<f64>() - 1.0);
+            let mean = Pose::from_parts(
+                Translation3::new(draw(1.0), draw(1.0), draw(1.0)),
+                UnitQuaternion::from_scaled_axis(Vector3::new(draw(2.0), draw(2.0), draw(2.0))),
+            );
+            let poses: Vec<Pose> = (0..41).map(|_| exp(&mean, &Tangent::from_fn(|_, _| draw(spread)))).collect();
+            let weights: Vec<f64> = (0..41).map(|frame| if frame % 3 == 0 { 0.0 } else { draw(0.5) + 0.5 }).collect();
+            let frames = Frames::new(poses.clone());
+            let mut residuals = Residuals::new(2 * frames.len());
+            let cells = frames.len()..2 * frames.len();
+            residuals.measure(cells.clone(), &frames, &mean);
+            let whitening = Matrix6::from_fn(|row, column| if column <= row { draw(3.0) } else { 0.0 });
+            let mut lengths = vec![0.0; frames.len()];
+            residuals.squared_lengths(cells.clone(), &whitening, &mut lengths);
+            let (mut turn, mut scatter) = (Vector3::zeros(), Matrix6::zeros());
+            for ((pose, weight), length) in poses.iter().zip(&weights).zip(&lengths) {
+                let residual = log(&mean, pose);
+                let expected = (whitening * residual).norm_squared();
+                assert!((length - expected).abs() <= 1e-12 * (1.0 + expected), "{spread}: {length} for {expected}");
+                turn += residual.fixed_rows::<3>(3) * *weight;
+                scatter += residual * residual.transpose() * *weight;
+            }
+            assert!((residuals.weighted_turn(cells.clone(), &weights) - turn).norm() <= 1e-13 * (1.0 + spread));
+            assert!((residuals.scatter(cells, &weights) - scatter).norm() <= 1e-12 * (1.0 + scatter.norm()));
+        }
+    }
+}

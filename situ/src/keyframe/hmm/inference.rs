@@ -183,3 +183,52 @@ fn greatest(terms: impl Iterator<Item = (usize, f64)>) -> (usize, f64) {
     }
     best
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    /// Where plain numbers are enough, they find what numbers of any magnitude find; and they are not enough where states are far apart.
+    #[test]
+    fn both_ways_to_go_through_a_sequence_agree() {
+        let mut rng = ChaCha8Rng::seed_from_u64(11);
+        let (mut plain, mut wide) = (0, 0);
+        for case in 0..600 {
+            let (k, frames) = (1 + case % 7, 1 + case / 7 % 23);
+            let mut draw = || rng.random::<f64>();
+            let mut transition = vec![0.0; k * k];
+            let mut end = vec![0.0; k];
+            for state in 0..k {
+                let row = &mut transition[state * k + state..state * k + k.min(state + 3)];
+                row.iter_mut().for_each(|way| *way = 1e-3 + draw());
+                end[state] = 1e-3 + draw();
+                let total = row.iter().sum::<f64>() + end[state];
+                row.iter_mut().for_each(|way| *way /= total);
+                end[state] /= total;
+            }
+            let hmm = Hmm { initial: vec![1.0 / k as f64; k], transition, end, emissions: vec![(); k] };
+            let spread = [1.0, 30.0, 1000.0][case % 3];
+            let densities: Vec<f64> = (0..frames * k).map(|_| -spread * draw()).collect();
+            let mut recursion = Recursion::new(frames, k);
+            recursion.set(&hmm);
+            let expected = recursion.general.forward(&densities);
+            let Some(found) = recursion.left_to_right.forward(&densities) else {
+                wide += 1;
+                continue;
+            };
+            plain += 1;
+            assert!((found - expected).abs() <= 1e-12 * (1.0 + expected.abs()), "{case}: {found} for {expected}");
+            let posterior = || (vec![0.0; frames * k], vec![0.0; k * k]);
+            let (mut one, mut other) = (posterior(), posterior());
+            recursion.left_to_right.backward(&mut one.0, &mut one.1);
+            recursion.general.backward(&mut other.0, &mut other.1);
+            for (one, other) in one.0.iter().chain(&one.1).zip(other.0.iter().chain(&other.1)) {
+                assert!((one - other).abs() <= 1e-11 * (1e-30 + other), "{case}: {one} for {other}");
+            }
+        }
+        assert!(plain > 300 && wide > 20, "{plain} in plain numbers, {wide} not");
+    }
+}
