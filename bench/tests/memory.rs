@@ -29,7 +29,9 @@ fn bytes(nodes: usize) -> [u64; 3] {
     });
     let found = [taught.bytes_max, model.bytes_max, corrected.bytes_max];
     let [taught, model, corrected] = found.map(|bytes| bytes as f64 / MEGABYTE);
-    println!("{nodes} nodes: {taught:.2} MB at most while taught, a model of {model:.2} MB, {corrected:.3} MB more in an update");
+    println!(
+        "{nodes} nodes: {taught:.2} MB at most while taught, a model of {model:.2} MB, {corrected:.3} MB more in an update"
+    );
     found
 }
 

@@ -34,20 +34,46 @@ pub(super) fn minimise(
     }
 }
 
+/// Samples whose products are added in one go over the matrix. They are added in their order, so that their number changes no bit.
+const TOGETHER: usize = 4;
+
+/// Adds Σ D [x 1]ᵀ [x 1] of some samples, the lower triangle.
+fn add_outer<const N: usize>(matrix: &mut [f64], size: usize, rows: &[&[f64]; N], curvatures: &[f64; N]) {
+    let d = size - 1;
+    for at in 0..d {
+        let mut weighted = *curvatures;
+        for (weighted, row) in weighted.iter_mut().zip(rows) {
+            *weighted *= row[at];
+        }
+        let columns = rows.map(|row| &row[..=at]);
+        for (column, sum) in matrix[at * size..=at * size + at].iter_mut().enumerate() {
+            for (weighted, other) in weighted.iter().zip(&columns) {
+                *sum += weighted * other[column];
+            }
+        }
+        for weighted in weighted {
+            matrix[d * size + at] += weighted;
+        }
+    }
+    for curvature in curvatures {
+        matrix[d * size + d] += curvature;
+    }
+}
+
 /// Solves H step = −gradient with H = [X 1]ᵀ D [X 1] + λ on all but the intercept, which is last.
 fn step(problem: &Problem, matrix: &mut Vec<f64>, gradient: &[f64], odds: &[f64]) -> Option<Vec<f64>> {
     let size = gradient.len();
     let d = size - 1;
     matrix.clear();
     matrix.resize(size * size, 0.0);
-    for (row, curvature) in problem.rows.iter().zip(problem.curvatures(odds)) {
-        for (at, value) in row.iter().enumerate() {
-            let weighted = curvature * value;
-            let sums = &mut matrix[at * size..=at * size + at];
-            sums.iter_mut().zip(*row).for_each(|(sum, other)| *sum += weighted * other);
-            matrix[d * size + at] += weighted;
-        }
-        matrix[d * size + d] += curvature;
+    let curvatures = problem.curvatures(odds);
+    let (rows, rest) = problem.rows.as_chunks::<TOGETHER>();
+    let (shares, rest_shares) = curvatures.as_chunks::<TOGETHER>();
+    for (rows, curvatures) in rows.iter().zip(shares) {
+        add_outer(matrix, size, rows, curvatures);
+    }
+    for (row, curvature) in rest.iter().zip(rest_shares) {
+        add_outer(matrix, size, &[*row], &[*curvature]);
     }
     for at in 0..d {
         matrix[at * size + at] += problem.ridge;
