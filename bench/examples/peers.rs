@@ -1,0 +1,184 @@
+//! The Rust side of `bench/peers/peers.py`, which times other libraries beside these kernels on the same numbers.
+//!
+//! `peers QUESTION.json SECONDS` runs the kernel that the question names until its timed runs took that many seconds
+//! together, at least three times after one that is not timed, and writes what it computed and the nanoseconds of each
+//! timed run to standard output as JSON. Reading the numbers and making poses of them is not timed.
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::fs::File;
+use std::hint::black_box;
+use std::io::BufReader;
+
+use nalgebra::Matrix6;
+use serde::{Deserialize, Serialize};
+use situ::demonstration::Pose;
+use situ::keyframe::hmm::{Emission, Hmm, HmmParameters, Observation};
+use situ::keyframe::logistic::{self, LogisticFit, LogisticParameters, Targets};
+use situ::keyframe::pose::{Tangent, exp, log};
+use situ_bench::cost::timed;
+
+/// A pose as the script has it: metres, then the rotation vector in radians.
+type Frame = [f64; 6];
+type Values = BTreeMap<&'static str, Vec<f64>>;
+type Outcome<T> = Result<T, Box<dyn Error>>;
+
+/// Timed runs at least.
+const LEAST_RUNS: usize = 3;
+
+/// A model of K states.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Model {
+    initial: Vec<f64>,
+    /// Shape (K, K).
+    transition: Vec<Vec<f64>>,
+    end: Vec<f64>,
+    means: Vec<Frame>,
+    covariances: Vec<[[f64; 6]; 6]>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+enum Question {
+    /// Expectation maximisation from a given model: all the iterations, no floor under the chain's probabilities.
+    Fit {
+        start: Model,
+        sequences: Vec<Vec<Frame>>,
+        iterations: usize,
+        prior_weight: f64,
+        position_floor: f64,
+        rotation_floor: f64,
+    },
+    /// The log likelihood of every set of sequences under every model.
+    Score { models: Vec<Model>, sets: Vec<Vec<Vec<Frame>>> },
+    /// A logistic regression on hard labels, all samples alike.
+    Regress { rows: Vec<Vec<f64>>, labels: Vec<bool>, ridge: f64, tolerance: f64 },
+    /// The log odds of one row under every classifier.
+    Screen { weights: Vec<Vec<f64>>, intercepts: Vec<f64>, row: Vec<f64> },
+}
+
+#[derive(Serialize)]
+struct Answer {
+    values: Values,
+    nanoseconds: Vec<f64>,
+}
+
+fn main() -> Outcome<()> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [path, seconds] = arguments.as_slice() else { return Err("expected QUESTION.json SECONDS".into()) };
+    let seconds = seconds.parse::<f64>().map_err(|error| format!("SECONDS is `{seconds}`: {error}"))?;
+    let file = File::open(path).map_err(|error| format!("{path}: {error}"))?;
+    let question = serde_json::from_reader(BufReader::new(file)).map_err(|error| format!("{path}: {error}"))?;
+    let (values, nanoseconds) = answer(question, seconds)?;
+    serde_json::to_writer(std::io::stdout().lock(), &Answer { values, nanoseconds })?;
+    Ok(())
+}
+
+fn answer(question: Question, seconds: f64) -> Outcome<(Values, Vec<f64>)> {
+    match question {
+        Question::Fit { start, sequences, iterations, prior_weight, position_floor, rotation_floor } => {
+            let start = start.hmm()?;
+            let sequences: Vec<Vec<Observation>> = sequences.iter().map(|sequence| observed(sequence)).collect();
+            let sequences: Vec<&[Observation]> = sequences.iter().map(Vec::as_slice).collect();
+            let parameters = HmmParameters {
+                position_floor,
+                rotation_floor,
+                prior_weight,
+                transition_floor: 0.0,
+                skip: true,
+                max_iterations: iterations,
+                tolerance: 0.0,
+                ..HmmParameters::default()
+            };
+            let (fit, nanoseconds) = measured(seconds, || start.refit(&sequences, &parameters))?;
+            let mut values = values_of(&fit.hmm);
+            values.insert("log_likelihoods", fit.log_likelihoods);
+            Ok((values, nanoseconds))
+        }
+        Question::Score { models, sets } => {
+            let models: Vec<Hmm> = models.into_iter().map(Model::hmm).collect::<Outcome<_>>()?;
+            let sets: Vec<Vec<Vec<Observation>>> =
+                sets.iter().map(|set| set.iter().map(|sequence| observed(sequence)).collect()).collect();
+            let (log_likelihoods, nanoseconds) = measured(seconds, || {
+                let pairs = sets.iter().flat_map(|set| models.iter().map(move |model| (set, model)));
+                Ok::<_, Box<dyn Error>>(pairs.map(|(set, model)| model.total_log_likelihood(set)).collect())
+            })?;
+            Ok((Values::from([("log_likelihoods", log_likelihoods)]), nanoseconds))
+        }
+        Question::Regress { rows, labels, ridge, tolerance } => {
+            let rows: Vec<&[f64]> = rows.iter().map(Vec::as_slice).collect();
+            // Targets must be inside (0, 1). These are its ends but for the last bit: the objective is that of hard labels.
+            let targets = Targets::Fixed { positive: 1.0 - 0.5 * f64::EPSILON, negative: f64::MIN_POSITIVE };
+            let parameters =
+                LogisticParameters { ridge, balanced: false, targets, tolerance, ..LogisticParameters::default() };
+            let (fit, nanoseconds) = measured(seconds, || logistic::fit(&rows, &labels, &parameters, None))?;
+            Ok((Values::from([("weights", fit.weights), ("intercept", vec![fit.intercept])]), nanoseconds))
+        }
+        Question::Screen { weights, intercepts, row } => {
+            if weights.len() != intercepts.len() || weights.iter().any(|weights| weights.len() != row.len()) {
+                return Err("the weights, the intercepts and the row are not of one shape".into());
+            }
+            let classifier = |(weights, intercept)| LogisticFit { weights, intercept, iterations: 0, converged: true };
+            let classifiers: Vec<LogisticFit> = weights.into_iter().zip(intercepts).map(classifier).collect();
+            let mut odds = vec![0.0; classifiers.len()];
+            let ((), nanoseconds) = measured(seconds, || {
+                let row = black_box(row.as_slice());
+                odds.iter_mut().zip(&classifiers).for_each(|(odds, classifier)| *odds = classifier.log_odds(row));
+                black_box(&odds);
+                Ok::<_, Box<dyn Error>>(())
+            })?;
+            Ok((Values::from([("log_odds", odds)]), nanoseconds))
+        }
+    }
+}
+
+/// What a kernel returns, and the nanoseconds of each timed run.
+fn measured<T, E>(seconds: f64, mut kernel: impl FnMut() -> Result<T, E>) -> Result<(T, Vec<f64>), E> {
+    let value = kernel()?;
+    let (mut nanoseconds, mut spent) = (Vec::new(), 0.0);
+    while nanoseconds.len() < LEAST_RUNS || spent < seconds {
+        let (again, taken) = timed(|| black_box(kernel()));
+        again?;
+        nanoseconds.push(1e9 * taken);
+        spent += taken;
+    }
+    Ok((value, nanoseconds))
+}
+
+fn pose(frame: &Frame) -> Pose {
+    exp(&Pose::identity(), &Tangent::from(*frame))
+}
+
+fn observed(sequence: &[Frame]) -> Vec<Observation> {
+    sequence.iter().map(|frame| Observation { pose: pose(frame), gripper: None }).collect()
+}
+
+impl Model {
+    fn hmm(self) -> Outcome<Hmm> {
+        let Self { initial, transition, end, means, covariances } = self;
+        let states = means.len();
+        let square = transition.len() == states && transition.iter().all(|row| row.len() == states);
+        if !square || [initial.len(), end.len(), covariances.len()] != [states; 3] {
+            return Err("the parts of a model are not of one number of states".into());
+        }
+        let emission = |(mean, covariance): (&Frame, &[[f64; 6]; 6])| {
+            let covariance = Matrix6::from_fn(|row, column| covariance[row][column]);
+            Emission::new(pose(mean), covariance, Matrix6::zeros(), None)
+        };
+        let emissions = means.iter().zip(&covariances).map(emission).collect::<Result<_, _>>()?;
+        Ok(Hmm { initial, transition: transition.concat(), end, emissions })
+    }
+}
+
+fn values_of(hmm: &Hmm) -> Values {
+    let means = hmm.emissions.iter().flat_map(|emission| log(&Pose::identity(), &emission.mean).data.0[0]);
+    let covariances = hmm.emissions.iter().flat_map(|emission| emission.covariance.data.0.concat());
+    Values::from([
+        ("initial", hmm.initial.clone()),
+        ("transition", hmm.transition.clone()),
+        ("end", hmm.end.clone()),
+        ("means", means.collect()),
+        ("covariances", covariances.collect()),
+    ])
+}
