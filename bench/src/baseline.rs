@@ -6,7 +6,9 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::fs;
 use std::path::Path;
+use std::process::Command;
 
 use serde::{Deserialize, Serialize};
 
@@ -31,6 +33,37 @@ pub struct Origin {
     pub toolchain: String,
     /// The target triple.
     pub target: String,
+}
+
+impl Origin {
+    /// Of this code, on this machine.
+    pub fn here() -> Self {
+        let cpu = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+        let model = cpu.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+        let git = |words: &[&str]| {
+            let output = Command::new("git").args(words).output().ok().filter(|output| output.status.success())?;
+            Some(String::from_utf8(output.stdout).ok()?.trim().to_owned())
+        };
+        let changes = git(&["status", "--porcelain", "--untracked-files=no"]);
+        let changed = changes.is_some_and(|changes| !changes.is_empty());
+        let revision = git(&["rev-parse", "HEAD"]).unwrap_or_else(|| "unknown".to_owned());
+        Self {
+            machine: model.map_or("unknown", |(_, model)| model.trim()).to_owned(),
+            revision: if changed { format!("{revision}, changed") } else { revision },
+            toolchain: env!("SITU_TOOLCHAIN").to_owned(),
+            target: env!("SITU_TARGET").to_owned(),
+        }
+    }
+
+    /// Whether instructions that were counted here and there are to be compared.
+    pub fn counts_as(&self, other: &Self) -> bool {
+        (&self.toolchain, &self.target) == (&other.toolchain, &other.target)
+    }
+}
+
+/// Whether so many instructions now are another number than before, by [`TOLERANCE`].
+pub fn instructions_differ(before: u64, now: u64) -> bool {
+    (now as f64 - before as f64).abs() > TOLERANCE * before as f64
 }
 
 /// A row: one update.
@@ -106,8 +139,7 @@ impl Baseline {
     /// # Errors
     /// [`BenchError::Read`]; [`BenchError::Baseline`] with the line where it is none.
     pub fn read(path: &Path) -> Result<Self, BenchError> {
-        let text =
-            std::fs::read_to_string(path).map_err(|source| BenchError::Read { path: path.to_owned(), source })?;
+        let text = fs::read_to_string(path).map_err(|source| BenchError::Read { path: path.to_owned(), source })?;
         let refuse = |line, problem| BenchError::Baseline { path: path.to_owned(), line, problem };
         let baseline: Self = serde_json::from_str(&text).map_err(|error| refuse(error.line(), error.to_string()))?;
         if baseline.schema != SCHEMA {
@@ -129,7 +161,7 @@ impl Baseline {
         let mut names: Vec<&Identity> = before.keys().chain(now.keys()).collect();
         names.sort();
         names.dedup();
-        let counts_instructions = (&self.origin.toolchain, &self.origin.target) == (&origin.toolchain, &origin.target);
+        let counts_instructions = self.origin.counts_as(origin);
         names
             .into_iter()
             .map(|name| {
@@ -163,7 +195,7 @@ fn judge(before: &Row, now: &Row, counts_instructions: bool) -> (Verdict, String
         .collect();
     let instructions = before.instructions.zip(now.instructions).filter(|_| counts_instructions);
     if let Some((before, now)) = instructions
-        && (now as f64 - before as f64).abs() > TOLERANCE * before as f64
+        && instructions_differ(before, now)
     {
         changes.push(("instructions", before, now));
     }
@@ -252,9 +284,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("baseline.json");
         let baseline = Baseline::new(origin("rustc 1"), &Protocol::find("cost").unwrap(), rows());
-        std::fs::write(&path, baseline.to_json()).unwrap();
+        fs::write(&path, baseline.to_json()).unwrap();
         assert_eq!(Baseline::read(&path).unwrap(), baseline);
-        std::fs::write(&path, baseline.to_json().replace("\"hmm_fits\": 6,", "\"hmm_fits\": -6,")).unwrap();
+        fs::write(&path, baseline.to_json().replace("\"hmm_fits\": 6,", "\"hmm_fits\": -6,")).unwrap();
         let error = Baseline::read(&path).unwrap_err();
         assert!(error.to_string().contains("baseline.json:") && error.exit_status() == 2, "{error}");
     }

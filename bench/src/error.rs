@@ -106,7 +106,7 @@ pub enum BenchError {
         /// The names of the records.
         runs: Vec<String>,
     },
-    /// A file that is no update-cost baseline.
+    /// A file that is no baseline.
     #[error("{}:{line}: {problem}", path.display())]
     Baseline {
         /// The file.

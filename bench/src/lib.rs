@@ -19,6 +19,7 @@ pub mod evaluation;
 #[doc = include_str!("../docs/extending.md")]
 pub mod extending {}
 pub mod files;
+pub mod gate;
 pub mod instructions;
 mod json_lines;
 pub mod ledger;

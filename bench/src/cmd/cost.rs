@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::env;
 use std::path::PathBuf;
-use std::process::Command;
 
 use clap::Args;
 use comfy_table::{Table, presets::ASCII_MARKDOWN};
@@ -103,12 +102,12 @@ impl Cost {
         }
         let mut is_sound = true;
         if let Some(baseline) = baseline {
-            let judged = baseline.judge(&origin(), &protocol, &rows);
+            let judged = baseline.judge(&Origin::here(), &protocol, &rows);
             printed.push_str(&verdicts(&judged));
             is_sound = judged.iter().all(|judged| judged.verdict != Verdict::Regressed);
         }
         if self.mint {
-            let baseline = Baseline::new(origin(), &protocol, rows);
+            let baseline = Baseline::new(Origin::here(), &protocol, rows);
             files::write_all(&[(self.baseline.clone(), baseline.to_json())])?;
             printed.push_str(&format!("The baseline is {}.\n", self.baseline.display()));
         }
@@ -153,24 +152,6 @@ fn one_automaton(protocol: &Protocol, words: &[String]) -> Result<(), BenchError
     let named = method::named(method).ok_or_else(|| BenchError::unknown("method", method, known()))?;
     let subject = Subject::teach(&*named, found.parameters(number(nodes)?, number(originals)?, number(seed)?.into()))?;
     Edit::ALL.into_iter().try_for_each(|edit| subject.measure(&protocol.name, series, edit, 0).map(|_| ()))
-}
-
-/// Where this is.
-fn origin() -> Origin {
-    let cpu = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = cpu.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
-    let git = |words: &[&str]| {
-        let output = Command::new("git").args(words).output().ok().filter(|output| output.status.success())?;
-        Some(String::from_utf8(output.stdout).ok()?.trim().to_owned())
-    };
-    let changed = git(&["status", "--porcelain", "--untracked-files=no"]).is_some_and(|changes| !changes.is_empty());
-    let revision = git(&["rev-parse", "HEAD"]).unwrap_or_else(|| "unknown".to_owned());
-    Origin {
-        machine: model.map_or("unknown", |(_, model)| model.trim()).to_owned(),
-        revision: if changed { format!("{revision}, changed") } else { revision },
-        toolchain: env!("SITU_TOOLCHAIN").to_owned(),
-        target: env!("SITU_TARGET").to_owned(),
-    }
 }
 
 fn instruction_table(rows: &[Row]) -> String {
