@@ -37,9 +37,9 @@ struct Contender {
 const CONTENDERS: [Contender; 5] = [
     Contender { name: "situ", has_the_nodes: true, most_segments: usize::MAX },
     Contender { name: "rebuild", has_the_nodes: true, most_segments: usize::MAX },
-    Contender { name: "from_scratch", has_the_nodes: true, most_segments: usize::MAX },
+    Contender { name: "from_scratch", has_the_nodes: true, most_segments: 480 },
     Contender { name: "itmcd", has_the_nodes: true, most_segments: 120 },
-    Contender { name: "bp_ar_hmm", has_the_nodes: false, most_segments: 60 },
+    Contender { name: "bp_ar_hmm", has_the_nodes: false, most_segments: 30 },
 ];
 /// The seed of every automaton.
 const SEED: u64 = 1;
@@ -58,7 +58,7 @@ fn series() -> [Series; 3] {
             &[Edit::NodeAddition, Edit::EdgeAddition],
             [10, 100, 1000].map(|nodes| (nodes, Parameters::of(nodes, SEED))),
         ),
-        ("demonstrations", &[Edit::NodeAddition], [6, 12, 48].map(demonstrations)),
+        ("demonstrations", &[Edit::NodeAddition], [3, 12, 48].map(demonstrations)),
         ("applicable", &[Edit::NodeAddition], [2, 5, 20].map(applicable)),
     ]
 }

@@ -164,21 +164,24 @@ fn the_tables_of_records_made_by_hand() {
     insta::assert_snapshot!(all_text(&sample()));
 }
 
+/// The line of a table's CSV that begins so.
+fn row(text: &str, start: &str) -> String {
+    let row = text.lines().find(|line| line.starts_with(start));
+    row.unwrap_or_else(|| panic!("no row {start} in\n{text}")).to_owned()
+}
+
+/// What that line has in a column.
+fn field(text: &str, start: &str, name: &str) -> String {
+    let heads: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    let index = heads.iter().position(|head| *head == name).unwrap_or_else(|| panic!("no column {name} in {heads:?}"));
+    let row = row(text, start);
+    let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(row.as_bytes());
+    reader.records().next().unwrap().unwrap()[index].to_owned()
+}
+
 #[test]
 fn what_the_tables_must_say() {
     let text = |kind: Kind, index: usize| kind.tables(&sample())[index].to_csv();
-    let row = |text: &str, start: &str| {
-        let row = text.lines().find(|line| line.starts_with(start));
-        row.unwrap_or_else(|| panic!("no row {start} in\n{text}")).to_owned()
-    };
-    let field = |text: &str, start: &str, name: &str| {
-        let heads: Vec<&str> = text.lines().next().unwrap().split(',').collect();
-        let index =
-            heads.iter().position(|head| *head == name).unwrap_or_else(|| panic!("no column {name} in {heads:?}"));
-        let mut reader =
-            csv::ReaderBuilder::new().has_headers(false).from_reader(row(text, start).into_bytes().leak() as &[u8]);
-        reader.records().next().unwrap().unwrap()[index].to_owned()
-    };
     let t1 = text(Kind::Effort, 0);
     let situ = "quick,pour,lid,node-addition,competent,situ,";
     // Four seeds, one untaught and one spoilt; 1 and 2 demonstrations against 4 and 8 from scratch.
@@ -253,6 +256,22 @@ fn what_the_tables_must_say() {
     let crossover = text(Kind::Cost, 3);
     // 6 fits at every size against 6 a node meet at one node; 3 classifiers against 3 are parallel; a millisecond against one a node, too.
     assert_eq!(crossover.lines().nth(1), Some("quick,nodes,rebuild,edge-addition,< 10,< 10,never,< 10"));
+}
+
+#[test]
+fn the_slowest_of_many_corrections() {
+    let records: Vec<Record> = (0..101)
+        .map(|correction| {
+            let Record::Cost(one) = cost("situ", 10, 1, 6, 0.001 * f64::from(1 + correction)) else { unreachable!() };
+            let model_size = vec![10, 11];
+            Record::Cost(Cost { correction, model_size, ..one })
+        })
+        .collect();
+    let csv = Kind::Cost.tables(&records)[4].to_csv();
+    let row = "quick,nodes,situ,edge-addition,10,101,";
+    let found = ["update_ms_wall", "update_p99_ms_wall", "segment_ms_wall", "segment_p99_ms_wall"];
+    let found = found.map(|name| field(&csv, row, name));
+    assert_eq!(found, ["51.000000", "100.000000", "25.500000", "50.000000"].map(str::to_owned), "{csv}");
 }
 
 #[test]
