@@ -113,8 +113,8 @@ pub fn karcher_mean(poses: &[Pose], weights: &[f64]) -> Pose {
     karcher_mean_from(&start, poses, weights)
 }
 
-/// [`karcher_mean`] with a given first guess of the rotation: for re-estimation, where the last mean is close.
-pub fn karcher_mean_from(start: &UnitQuaternion<f64>, poses: &[Pose], weights: &[f64]) -> Pose {
+/// [`karcher_mean`] from a first guess of the rotation.
+fn karcher_mean_from(start: &UnitQuaternion<f64>, poses: &[Pose], weights: &[f64]) -> Pose {
     let mut total = 0.0;
     let mut position = Vector3::zeros();
     for (pose, weight) in poses.iter().zip(weights) {
