@@ -199,7 +199,7 @@ fn mean(points: &[Vec<f64>], dimension: usize) -> Vec<f64> {
     mean
 }
 
-/// The value at the percentile of sorted values, linear between ranks; 0 of none.
+/// The value at the percentile of sorted finite values, linear between ranks; 0 of none.
 fn percentile(sorted: &[f64]) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return 0.0 };
     let rank = PERCENTILE * last as f64;
@@ -336,7 +336,9 @@ impl Learner for KeyframeLearner {
         let mut distances = vec![prior; prior_copies];
         for segments in roles.values() {
             let policies = self.singles(segments, counters)?;
-            distances.extend(self.distances(&policies.iter().collect::<Vec<_>>(), None, counters));
+            let apart = self.distances(&policies.iter().collect::<Vec<_>>(), None, counters);
+            // Two that no cut joins, for one ends with a closed hand and one does not, say nothing of its height.
+            distances.extend(apart.into_iter().filter(|distance| distance.is_finite()));
         }
         distances.sort_by(f64::total_cmp);
         Ok(Calibration { cut: (factor * percentile(&distances)).clamp(least, greatest) })

@@ -94,3 +94,25 @@ fn neither_another_object_nor_another_grip_is_the_same_primitive() {
     assert!(distance(KeyframeParameters { across_grips: true, ..default() }, &place) < cut, "they would be one");
     assert!(distance(KeyframeParameters { across_references: true, ..default() }, &other) < 1e-9);
 }
+
+/// Decision D8: two originals of one role that end with different grips are joined by no cut, and do not move it.
+#[test]
+fn another_grip_among_the_originals_does_not_move_the_cut() {
+    let learner = learner(KeyframeParameters::default());
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let mut cut = |last: Gripper| {
+        let originals: Vec<Vec<Arc<Segment>>> = (0..4)
+            .map(|original| {
+                let mut lift = noisy(&PICK, &mut rng);
+                if original == 3 {
+                    lift[2].1 = last;
+                }
+                vec![segment("ball", &noisy(&PICK, &mut rng)).into(), segment("cube", &lift).into()]
+            })
+            .collect();
+        let originals: Vec<&[Arc<Segment>]> = originals.iter().map(Vec::as_slice).collect();
+        learner.calibrate(&originals, &mut Counters::default()).unwrap().cut
+    };
+    let (same, other) = (cut(CLOSE), cut(OPEN));
+    assert!((2.0..10.0).contains(&same) && (2.0..10.0).contains(&other), "{same}, {other} nats");
+}

@@ -187,9 +187,9 @@ impl Hmm {
             *emission = if first {
                 about(mean(&poses, dominant(&poses)))
             } else {
-                // The mean on the manifold need not be the best for a full covariance: where it is worse, the old one stays.
+                // The mean on the manifold need not be the best for a full covariance: where it is worse by more than rounding, the old one stays.
                 let (moved, stayed) = (about(mean(&poses, emission.mean.rotation)), about(emission.mean));
-                if stayed.log_determinant < moved.log_determinant { stayed } else { moved }
+                if stayed.log_determinant < moved.log_determinant - 1e-9 { stayed } else { moved }
             };
         }
     }

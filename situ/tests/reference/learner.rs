@@ -151,7 +151,8 @@ impl Learner for Reference {
         let mut pooled = vec![prior; prior_copies];
         for segments in roles.values() {
             let distances = self.distances_of_segments(segments)?;
-            (0..segments.len()).for_each(|index| pooled.extend(&distances[index][index + 1..]));
+            let pairs = (0..segments.len()).flat_map(|index| &distances[index][index + 1..]);
+            pooled.extend(pairs.filter(|distance| distance.is_finite()));
         }
         Ok((factor * percentile(pooled)).clamp(least, greatest))
     }

@@ -13,6 +13,8 @@ use crate::keyframe::pose::{MEAN_STEPS, MEAN_TOLERANCE, karcher_mean, turn};
 
 /// A state with no more expected frames than this keeps the parameters it had.
 const EMPTY_STATE: f64 = 1e-12;
+/// Log determinants less than this apart are the same but for rounding: of a state with next to no frames both are the prior's.
+const ROUNDING: f64 = 1e-9;
 /// Re-estimations that the records of a fit have room for from the start.
 const USUAL_ITERATIONS: usize = 100;
 /// Frames whose share of a state is below this are left out of its sums: together they are under the rounding error.
@@ -313,7 +315,7 @@ impl Workspace {
                 let scatter = self.residuals.scatter(self.cells_of(state), &self.weights);
                 let stayed = best_emission(emission.mean, &scatter, total, gripper, parameters)?;
                 // With the best covariance for each mean, the objective is lower where the determinant is greater.
-                if stayed.log_determinant() < moved.log_determinant() {
+                if stayed.log_determinant() < moved.log_determinant() - ROUNDING {
                     *emission = stayed;
                     continue;
                 }
