@@ -1,34 +1,73 @@
-//! Loops on the widest vectors of the processor, with the same bits on any.
+//! Kernels on the widest vectors of the processor, with the same bits on any.
 //!
-//! A processor's widest vectors are known at run time alone. [`widest`] runs a kernel that was compiled for each kind. What it computes is
-//! the same on all: nothing here fuses a product with a sum, and sums have a fixed number of running sums, [`LANES`], joined in a fixed
-//! order. A kernel is a plain function over slices, marked `#[inline(always)]`, whose loops the compiler turns into vector instructions.
+//! A processor's vectors are known at run time alone. [`widest`] runs a [`Kernel`] that was compiled for each kind, and what it computes is
+//! the same on all: numbers come in fours ([`Four`]), nothing here fuses a product with a sum, and a sum is of four running sums, joined in a
+//! fixed order.
 
 mod exponential;
+mod four;
 
 pub(crate) use exponential::exp;
+pub(crate) use four::{Four, Wide, polynomial};
 
-use pulp::{Arch, Simd, WithSimd};
+#[cfg(target_arch = "x86_64")]
+use std::sync::LazyLock;
 
-/// Running sums, and what columns are padded to: the widest vectors hold as many numbers, or a part of them.
-pub(crate) const LANES: usize = 8;
+use pulp::Scalar256b;
+#[cfg(target_arch = "x86_64")]
+use pulp::{NullaryFnOnce, x86::V3};
 
-/// A call that is not made yet.
-struct Call<K, A>(K, A);
+/// Numbers that are gone through at once, and what columns are padded to.
+pub(crate) const LANES: usize = 4;
 
-impl<A, R, K: FnOnce(A) -> R> WithSimd for Call<K, A> {
-    type Output = R;
+/// Loops to be run, with what they run over.
+pub(crate) trait Kernel {
+    type Output;
+
+    /// To be marked `#[inline(always)]`, as everything that it calls: what is a function of its own has narrow vectors.
+    fn run<S: Wide>(self, simd: S) -> Self::Output;
+}
+
+#[cfg(target_arch = "x86_64")]
+struct Call<K>(K, V3);
+
+#[cfg(target_arch = "x86_64")]
+impl<K: Kernel> NullaryFnOnce for Call<K> {
+    type Output = K::Output;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> R {
-        (self.0)(self.1)
+    fn call(self) -> K::Output {
+        self.0.run(self.1)
     }
 }
 
-/// Calls a kernel with its arguments, on the widest vectors of the processor.
+/// Runs a kernel on the widest vectors of the processor.
 #[inline]
-pub(crate) fn widest<A, R>(kernel: impl FnOnce(A) -> R, arguments: A) -> R {
-    Arch::new().dispatch(Call(kernel, arguments))
+pub(crate) fn widest<K: Kernel>(kernel: K) -> K::Output {
+    #[cfg(target_arch = "x86_64")]
+    {
+        static AVX2: LazyLock<Option<V3>> = LazyLock::new(V3::try_new);
+        if let Some(simd) = *AVX2 {
+            return simd.vectorize(Call(kernel, simd));
+        }
+    }
+    kernel.run(Scalar256b)
+}
+
+/// Numbers in fours: those of a padded column.
+#[inline(always)]
+pub(crate) fn fours(column: &[f64]) -> &[[f64; LANES]] {
+    column.as_chunks().0
+}
+
+/// [`fours`] of several columns.
+#[inline(always)]
+pub(crate) fn all_fours<const N: usize>(columns: [&[f64]; N]) -> [&[[f64; LANES]]; N] {
+    let mut all = [&[][..]; N];
+    for (fours_of, column) in all.iter_mut().zip(columns) {
+        *fours_of = fours(column);
+    }
+    all
 }
 
 /// The length of a column of so many numbers, padded.
@@ -36,9 +75,14 @@ pub(crate) const fn padded(length: usize) -> usize {
     length.next_multiple_of(LANES)
 }
 
-/// The sum of running sums.
-#[inline(always)]
-pub(crate) fn joined(sums: [f64; LANES]) -> f64 {
-    let [a, b, c, d, e, f, g, h] = sums;
-    ((a + e) + (c + g)) + ((b + f) + (d + h))
+/// The sum of a padded column.
+pub(crate) fn sum(column: &[f64]) -> f64 {
+    let mut sums = [0.0; LANES];
+    for four in fours(column) {
+        for lane in 0..LANES {
+            sums[lane] += four[lane];
+        }
+    }
+    let [a, b, c, d] = sums;
+    (a + c) + (b + d)
 }

@@ -5,8 +5,10 @@
 //! rotation vector, in the frame of the base, that turns the base into the pose.
 
 use nalgebra::{Matrix4, Quaternion, SVector, Translation3, UnitQuaternion, Vector3};
+use pulp::Scalar256b;
 
 use crate::demonstration::Pose;
+use crate::vector::{Four, Wide, polynomial};
 
 /// A tangent vector: position in metres (3), then rotation vector in radians (3).
 pub type Tangent = SVector<f64, 6>;
@@ -14,9 +16,9 @@ pub type Tangent = SVector<f64, 6>;
 /// Below this angle, radians, sine and cosine are taken from the first terms of their series, for the next are under the rounding error.
 const SMALL_ANGLE: f64 = 1e-8;
 /// Up to this squared sine of the half-angle (29°) the logarithm is a polynomial.
-pub(crate) const SERIES_SINE_SQUARED: f64 = 0.0625;
-/// Coefficients of the series of asin(s)/s in s²: up to [`SERIES_SINE_SQUARED`] the next term is under the rounding error.
-pub(crate) const ARC_SINE: [f64; 12] = arc_sine();
+const NEAR_SINE_SQUARED: f64 = 0.0625;
+/// Coefficients of the series of 2 asin(s)/s in s²: up to [`NEAR_SINE_SQUARED`] the next term is under the rounding error.
+const TWICE_ARC_SINE: [[f64; 4]; 3] = twice_arc_sine();
 
 /// The mean is found when a step is shorter than this, radians.
 pub(crate) const MEAN_TOLERANCE: f64 = 1e-9;
@@ -25,13 +27,13 @@ pub(crate) const MEAN_STEPS: usize = 10;
 /// Squarings of the matrix whose dominant axis starts the mean: its 2¹⁶th power tells axes apart that differ by 10⁻⁴.
 const SQUARINGS: usize = 16;
 
-/// c₀ = 1, c_n = c_{n−1} (2n − 1)² / (2n (2n + 1)).
-const fn arc_sine() -> [f64; 12] {
-    let mut coefficients = [1.0; 12];
+/// c₀ = 2, c_n = c_{n−1} (2n − 1)² / (2n (2n + 1)).
+const fn twice_arc_sine() -> [[f64; 4]; 3] {
+    let mut coefficients = [[2.0; 4]; 3];
     let mut n = 1;
-    while n < coefficients.len() {
+    while n < 12 {
         let odd = (2 * n - 1) as f64;
-        coefficients[n] = coefficients[n - 1] * odd * odd / (2 * n * (2 * n + 1)) as f64;
+        coefficients[n / 4][n % 4] = coefficients[(n - 1) / 4][(n - 1) % 4] * odd * odd / (2 * n * (2 * n + 1)) as f64;
         n += 1;
     }
     coefficients
@@ -49,14 +51,32 @@ pub fn rotation_log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     };
     let (w, v) = if flip { (-quaternion.w, -imaginary) } else { (quaternion.w, imaginary) };
     let sine_squared = v.x * v.x + v.y * v.y + v.z * v.z;
-    if sine_squared <= SERIES_SINE_SQUARED {
-        let [.., last] = ARC_SINE;
-        let rest = &ARC_SINE[..ARC_SINE.len() - 1];
-        v * (2.0 * rest.iter().rev().fold(last, |sum, coefficient| sum * sine_squared + coefficient))
-    } else {
-        let sine = libm::sqrt(sine_squared);
-        v * (2.0 * libm::atan2(sine, w) / sine)
+    v * scale(w, sine_squared)
+}
+
+/// What the imaginary part of a unit quaternion is to be multiplied by to be the rotation vector: by its real part, not below 0, and the
+/// squared sine of the half-angle.
+fn scale(cosine: f64, sine_squared: f64) -> f64 {
+    let simd = Scalar256b;
+    let [cosine, sine_squared] = [cosine, sine_squared].map(|number| Four::splat(simd, number));
+    scales(cosine, sine_squared).numbers()[0]
+}
+
+/// [`scale`] of four at once.
+#[inline(always)]
+pub(crate) fn scales<S: Wide>(cosines: Four<S>, sines_squared: Four<S>) -> Four<S> {
+    if sines_squared.all_at_most(NEAR_SINE_SQUARED) {
+        return polynomial(sines_squared, &TWICE_ARC_SINE);
     }
+    // The angle is halved three times, and so is near. Half the angle has the cosine c' = √((1 + c)/2) and the sine s/(2c'). A square root is
+    // rounded correctly on every machine.
+    let first = (cosines * 0.5 + 0.5).sqrt();
+    let second = (first * 0.5 + 0.5).sqrt();
+    let third = (second * 0.5 + 0.5).sqrt();
+    let halved = first * second * third;
+    let near = sines_squared.at_most(NEAR_SINE_SQUARED, sines_squared, sines_squared / (halved * halved * 64.0));
+    let one = halved * 0.0 + 1.0;
+    polynomial(near, &TWICE_ARC_SINE) / sines_squared.at_most(NEAR_SINE_SQUARED, one, halved)
 }
 
 /// The unit quaternion that turns by `vector`, radians. Inverse of [`rotation_log`] up to a length of π.

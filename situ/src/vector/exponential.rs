@@ -2,6 +2,8 @@
 
 use core::f64::consts::LOG2_E;
 
+use super::{Four, Wide, polynomial};
+
 /// Where the exponential is less than the least normal number, it is taken for 0.
 const LEAST: f64 = -708.0;
 /// And beyond this for ∞, a hair early.
@@ -12,45 +14,44 @@ const SHIFT: f64 = 6_755_399_441_055_744.0;
 const LOG_2: [f64; 2] = [6.931_471_803_691_238e-1, 1.908_214_929_270_587_7e-10];
 /// The exponent of 1 as it is stored, and the bits below an exponent.
 const BIAS: u64 = 1023;
-const MANTISSA_BITS: u32 = 52;
-/// Terms of the series of e^r, |r| ≤ ½ log 2: the next is under the rounding error.
-const TERMS: usize = 14;
-/// 1/n!.
-const INVERSE_FACTORIALS: [f64; TERMS] = inverse_factorials();
+const MANTISSA_BITS: i32 = 52;
+/// 1/n!: of e^r, |r| ≤ ½ log 2, the terms that are above the rounding error, and two of its size.
+const INVERSE_FACTORIALS: [[f64; 4]; 4] = inverse_factorials();
 
-const fn inverse_factorials() -> [f64; TERMS] {
-    let mut terms = [1.0; TERMS];
+const fn inverse_factorials() -> [[f64; 4]; 4] {
+    let mut terms = [[1.0; 4]; 4];
     let (mut n, mut factorial) = (1, 1.0);
-    while n < TERMS {
+    while n < 16 {
         factorial *= n as f64;
-        terms[n] = 1.0 / factorial;
+        terms[n / 4][n % 4] = 1.0 / factorial;
         n += 1;
     }
     terms
 }
 
-/// e^`x` to two units in the last place; 0 below −708, where that is next to nothing. Infinite above 709.4.
+/// e^x to two units in the last place; 0 below −708, where that is next to nothing. Infinite above 709.4.
 #[inline(always)]
-pub(crate) fn exp(x: f64) -> f64 {
-    let within = x.clamp(LEAST, GREATEST);
+pub(crate) fn exp<S: Wide>(simd: S, x: Four<S>) -> Four<S> {
+    let within = x.max(Four::splat(simd, LEAST)).min(Four::splat(simd, GREATEST));
     // e^x = 2^n e^r.
     let shifted = within * LOG2_E + SHIFT;
     let n = shifted - SHIFT;
     let r = (within - n * LOG_2[0]) - n * LOG_2[1];
-    let mut series = INVERSE_FACTORIALS[TERMS - 1];
-    for coefficient in INVERSE_FACTORIALS[..TERMS - 1].iter().rev() {
-        series = series * r + coefficient;
-    }
-    let power = f64::from_bits(shifted.to_bits().wrapping_add(BIAS) << MANTISSA_BITS);
-    let value = series * power;
-    let value = if x < LEAST { 0.0 } else { value };
-    if x > GREATEST { f64::INFINITY } else { value }
+    let value = polynomial(r, &INVERSE_FACTORIALS) * shifted.shifted_bits::<MANTISSA_BITS>(BIAS);
+    let value = x.below(Four::splat(simd, LEAST), Four::splat(simd, 0.0), value);
+    Four::splat(simd, GREATEST).below(x, Four::splat(simd, f64::INFINITY), value)
 }
 
 #[cfg(test)]
 mod tests {
+    use pulp::Scalar256b;
+
     use super::*;
-    use crate::vector::widest;
+    use crate::vector::{Kernel, LANES, widest};
+
+    fn one(x: f64) -> f64 {
+        exp(Scalar256b, Four::splat(Scalar256b, x)).numbers()[0]
+    }
 
     /// Against `libm`, over all magnitudes.
     #[test]
@@ -63,34 +64,41 @@ mod tests {
         let mut worst: f64 = 0.0;
         for x in arguments {
             let expected = libm::exp(x);
-            worst = worst.max((exp(x) - expected).abs() / (expected * f64::EPSILON));
+            worst = worst.max((one(x) - expected).abs() / (expected * f64::EPSILON));
         }
         assert!(worst <= 2.0, "{worst} units");
     }
 
     #[test]
     fn the_ends() {
-        assert_eq!(exp(0.0), 1.0);
-        assert_eq!(exp(-0.0), 1.0);
-        assert_eq!(exp(f64::NEG_INFINITY), 0.0);
-        assert_eq!(exp(-708.1), 0.0);
-        assert_eq!(exp(f64::INFINITY), f64::INFINITY);
-        assert_eq!(exp(1000.0), f64::INFINITY);
-        assert!(exp(f64::NAN).is_nan());
+        assert_eq!(one(0.0), 1.0);
+        assert_eq!(one(-0.0), 1.0);
+        assert_eq!(one(f64::NEG_INFINITY), 0.0);
+        assert_eq!(one(-708.1), 0.0);
+        assert_eq!(one(f64::INFINITY), f64::INFINITY);
+        assert_eq!(one(1000.0), f64::INFINITY);
     }
 
-    /// One at a time and many at once are the same bits.
+    /// With and without the processor's vectors the bits are the same.
     #[test]
     fn the_same_bits_on_the_widest_vectors() {
-        #[inline(always)]
-        fn all(numbers: &mut [f64]) {
-            numbers.iter_mut().for_each(|x| *x = exp(*x));
+        struct Exponentials<'a>(&'a mut [[f64; LANES]]);
+        impl Kernel for Exponentials<'_> {
+            type Output = ();
+
+            #[inline(always)]
+            fn run<S: Wide>(self, simd: S) {
+                for numbers in self.0 {
+                    *numbers = exp(simd, Four::new(simd, *numbers)).numbers();
+                }
+            }
         }
-        let one_by_one: Vec<f64> = (0..5000).map(|step| 0.3 * f64::from(step) - 750.0).collect();
-        let mut together = one_by_one.clone();
-        widest(all, &mut together[..]);
-        for (x, found) in one_by_one.iter().zip(&together) {
-            assert_eq!(exp(*x).to_bits(), found.to_bits(), "{x}");
-        }
+        let arguments: Vec<[f64; LANES]> =
+            (0..2000).map(|step| [0, 1, 2, 3].map(|lane| 0.2 * f64::from(4 * step + lane) - 750.0)).collect();
+        let (mut found, mut expected) = (arguments.clone(), arguments);
+        widest(Exponentials(&mut found));
+        Exponentials(&mut expected).run(Scalar256b);
+        let bits = |numbers: &[[f64; LANES]]| numbers.as_flattened().iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&found), bits(&expected));
     }
 }

@@ -1,206 +1,421 @@
-//! Frames and their residuals as structures of arrays: what the fit goes through again and again, many frames at once.
+//! Frames and their residuals as columns: what the fit goes through again and again, many frames at once.
 //!
-//! Sums are [`dot`]s, so that they have the same bits on every machine.
+//! A column has one number a frame, and is padded to whole fours ([`LANES`]); what is computed of the padding counts nowhere.
 
 use core::ops::Range;
 
-use nalgebra::{Matrix6, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3};
 
+use super::Emission;
 use crate::demonstration::Pose;
-use crate::keyframe::logistic::dot;
-use crate::keyframe::pose::{ARC_SINE, SERIES_SINE_SQUARED, rotation_log};
+use crate::keyframe::pose::{Tangent, rotation_log, scales};
+use crate::vector::{Four, Kernel, LANES, Wide, all_fours, fours, padded, widest};
+
+/// Dimensions of a tangent vector.
+const AXES: usize = 6;
 
 /// The poses of all frames.
 pub(super) struct Frames {
-    poses: Vec<Pose>,
-    position: [Vec<f64>; 3],
-    /// i, j, k, w.
-    rotation: [Vec<f64>; 4],
+    count: usize,
+    /// x, y, z, then i, j, k, w.
+    columns: [Vec<f64>; 7],
 }
 
 impl Frames {
-    pub(super) fn new(poses: Vec<Pose>) -> Self {
-        let position = [0, 1, 2].map(|axis| poses.iter().map(|pose| pose.translation.vector[axis]).collect());
-        let rotation = [0, 1, 2, 3].map(|axis| poses.iter().map(|pose| pose.rotation.coords[axis]).collect());
-        Self { poses, position, rotation }
+    pub(super) fn new<'a>(poses: impl ExactSizeIterator<Item = &'a Pose>) -> Self {
+        let count = poses.len();
+        let mut columns = [(); 7].map(|()| Vec::with_capacity(padded(count)));
+        for pose in poses {
+            let numbers = pose.translation.vector.iter().chain(pose.rotation.coords.iter());
+            columns.iter_mut().zip(numbers).for_each(|(column, number)| column.push(*number));
+        }
+        for column in &mut columns {
+            let last = column.last().copied().unwrap_or_default();
+            column.resize(padded(count), last);
+        }
+        Self { count, columns }
     }
 
     pub(super) fn len(&self) -> usize {
-        self.poses.len()
+        self.count
     }
 
-    pub(super) fn poses(&self) -> &[Pose] {
-        &self.poses
+    /// The length of a column.
+    pub(super) fn padded(&self) -> usize {
+        padded(self.count)
     }
 
-    /// Σ weight · position, metres.
-    pub(super) fn weighted_position(&self, weights: &[f64]) -> Vector3<f64> {
-        Vector3::from_fn(|axis, _| dot(weights, &self.position[axis]))
+    fn positions(&self) -> [&[f64]; 3] {
+        [0, 1, 2].map(|axis| &self.columns[axis][..])
     }
 
-    /// The rotations' part of every frame's residual at a mean: [`rotation_log`] of all.
-    pub(super) fn turns(&self, mean: &UnitQuaternion<f64>, turns: [&mut [f64]; 3]) {
-        let n = self.len();
-        let [mi, mj, mk, mw]: [f64; 4] = mean.coords.into();
-        let [qi, qj, qk, qw] = self.rotation.each_ref().map(|column| &column[..n]);
-        let [ri, rj, rk] = turns.map(|column| &mut column[..n]);
-        let mut far = false;
-        for frame in 0..n {
-            let (i, j, k, w) = (qi[frame], qj[frame], qk[frame], qw[frame]);
-            // Of the mean's conjugate times the rotation.
-            let real = mw * w + mi * i + mj * j + mk * k;
-            let (i, j, k) = (
-                mw * i - mi * w - mj * k + mk * j,
-                mw * j + mi * k - mj * w - mk * i,
-                mw * k - mi * j + mj * i - mk * w,
-            );
-            let sine_squared = i * i + j * j + k * k;
-            far |= sine_squared > SERIES_SINE_SQUARED;
-            let mut series = ARC_SINE[ARC_SINE.len() - 1];
-            for coefficient in ARC_SINE[..ARC_SINE.len() - 1].iter().rev() {
-                series = series * sine_squared + coefficient;
-            }
-            let scale = (2.0 * series).copysign(real);
-            (ri[frame], rj[frame], rk[frame]) = (i * scale, j * scale, k * scale);
-        }
-        if far {
-            let back = mean.conjugate();
-            for (frame, pose) in self.poses.iter().enumerate() {
-                let turn = back * pose.rotation;
-                if turn.coords.xyz().norm_squared() > 0.5 * SERIES_SINE_SQUARED {
-                    let residual = rotation_log(&turn);
-                    (ri[frame], rj[frame], rk[frame]) = (residual.x, residual.y, residual.z);
-                }
-            }
-        }
+    fn rotations(&self) -> [&[f64]; 4] {
+        [3, 4, 5, 6].map(|axis| &self.columns[axis][..])
     }
 }
 
-/// Tangent vectors, metres and radians, position first.
+/// Tangent vectors at one mean, metres and radians, position first.
 pub(super) struct Residuals {
-    axes: [Vec<f64>; 6],
+    axes: [Vec<f64>; AXES],
 }
 
 impl Residuals {
-    pub(super) fn new(count: usize) -> Self {
-        Self { axes: [(); 6].map(|()| vec![0.0; count]) }
+    /// Room for those of so many frames, padded.
+    pub(super) fn new(length: usize) -> Self {
+        Self { axes: [(); AXES].map(|()| vec![0.0; length]) }
     }
 
-    /// The residuals of all frames at a mean, into these cells.
-    pub(super) fn measure(&mut self, cells: Range<usize>, frames: &Frames, mean: &Pose) {
-        self.measure_positions(cells.clone(), frames, &mean.translation.vector);
-        self.measure_turns(cells, frames, &mean.rotation);
+    /// The residuals of all frames at a mean.
+    pub(super) fn measure(&mut self, frames: &Frames, mean: &Pose) {
+        self.measure_positions(frames, &mean.translation.vector);
+        self.measure_turns(frames, &mean.rotation);
     }
 
     /// The positions' part of [`Residuals::measure`].
-    pub(super) fn measure_positions(&mut self, cells: Range<usize>, frames: &Frames, mean: &Vector3<f64>) {
-        for (axis, (residuals, positions)) in self.axes.iter_mut().zip(&frames.position).enumerate() {
-            for (residual, position) in residuals[cells.clone()].iter_mut().zip(positions) {
-                *residual = position - mean[axis];
-            }
+    pub(super) fn measure_positions(&mut self, frames: &Frames, mean: &Vector3<f64>) {
+        for ((residuals, positions), mean) in self.axes.iter_mut().zip(frames.positions()).zip(mean.iter()) {
+            widest(Subtract { positions, mean: *mean, residuals });
         }
     }
 
     /// The rotations' part of [`Residuals::measure`].
-    pub(super) fn measure_turns(&mut self, cells: Range<usize>, frames: &Frames, mean: &UnitQuaternion<f64>) {
+    pub(super) fn measure_turns(&mut self, frames: &Frames, mean: &UnitQuaternion<f64>) {
         let [_, _, _, i, j, k] = &mut self.axes;
-        frames.turns(mean, [&mut i[cells.clone()], &mut j[cells.clone()], &mut k[cells]]);
+        widest(Turns { rotations: frames.rotations(), mean: mean.coords.into(), turns: [i, j, k] });
     }
 
-    /// Copies the cells' rotations from others.
-    pub(super) fn copy_turns(&mut self, other: &Self, cells: Range<usize>) {
-        for (own, other) in self.axes[3..].iter_mut().zip(&other.axes[3..]) {
-            own.copy_from_slice(&other[cells.clone()]);
-        }
+    /// Σ weight · r.
+    pub(super) fn weighted(&self, weights: &[f64]) -> Tangent {
+        widest(Weighted { residuals: self.columns(), weights }).into()
     }
 
-    /// Copies all of other residuals into these cells.
-    pub(super) fn copy_into(&mut self, cells: Range<usize>, other: &Self) {
-        for (own, other) in self.axes.iter_mut().zip(&other.axes) {
-            own[cells.clone()].copy_from_slice(other);
-        }
-    }
-
-    /// Σ weight · rotation of these cells, radians.
-    pub(super) fn weighted_turn(&self, cells: Range<usize>, weights: &[f64]) -> Vector3<f64> {
-        Vector3::from_fn(|axis, _| dot(weights, &self.axes[3 + axis][cells.clone()]))
-    }
-
-    /// Σ weight · r rᵀ of these cells.
-    pub(super) fn scatter(&self, cells: Range<usize>, weights: &[f64]) -> Matrix6<f64> {
-        let [x, y, z, i, j, k] = self.axes.each_ref().map(|axis| &axis[cells.clone()][..weights.len()]);
+    /// Σ weight · r rᵀ.
+    pub(super) fn scatter(&self, weights: &[f64]) -> Matrix6<f64> {
+        let entries = widest(Scatter { residuals: self.columns(), weights });
         let mut scatter = Matrix6::zeros();
-        for (frame, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
-            let r = [x[frame], y[frame], z[frame], i[frame], j[frame], k[frame]];
-            for column in 0..6 {
-                let weighted = weight * r[column];
-                for row in column..6 {
-                    scatter[(row, column)] += weighted * r[row];
-                }
+        let mut at = 0;
+        for row in 0..AXES {
+            for column in 0..=row {
+                (scatter[(row, column)], scatter[(column, row)]) = (entries[at], entries[at]);
+                at += 1;
             }
         }
-        scatter.fill_upper_triangle_with_lower_triangle();
         scatter
     }
 
-    /// Squared lengths |W r|² of these cells, W lower triangular.
-    pub(super) fn squared_lengths(&self, cells: Range<usize>, whitening: &Matrix6<f64>, lengths: &mut [f64]) {
-        let n = lengths.len();
-        let [x, y, z, i, j, k] = self.axes.each_ref().map(|axis| &axis[cells.clone()][..n]);
-        let w = whitening;
-        for (frame, length) in lengths.iter_mut().enumerate() {
-            let r = [x[frame], y[frame], z[frame], i[frame], j[frame], k[frame]];
-            let mut sum = 0.0;
-            for row in 0..6 {
-                let mut whitened = 0.0;
-                for column in 0..=row {
-                    whitened += w[(row, column)] * r[column];
-                }
-                sum += whitened * whitened;
+    /// The log density of every frame under an emission with this mean, its command left out.
+    pub(super) fn log_densities(&self, emission: &Emission, log_densities: &mut [f64]) {
+        let gaussian = Gaussian::of(emission);
+        widest(OfResiduals { residuals: self.columns(), gaussian, log_densities });
+    }
+
+    fn columns(&self) -> [&[f64]; AXES] {
+        self.axes.each_ref().map(Vec::as_slice)
+    }
+}
+
+impl Frames {
+    /// The log density of every frame under an emission, its command left out.
+    pub(super) fn log_densities(&self, emission: &Emission, log_densities: &mut [f64]) {
+        let position = emission.mean.translation.vector.into();
+        let rotation = emission.mean.rotation.coords.into();
+        let (positions, rotations) = (self.positions(), self.rotations());
+        widest(OfFrames { positions, rotations, position, rotation, gaussian: Gaussian::of(emission), log_densities });
+    }
+}
+
+/// Entries of a lower triangle.
+const TRIANGLE: usize = AXES * (AXES + 1) / 2;
+
+/// What a log density is made of.
+struct Gaussian {
+    /// W with |W r|² the squared Mahalanobis length of r: a lower triangle, row by row.
+    whitening: [f64; TRIANGLE],
+    normaliser: f64,
+}
+
+impl Gaussian {
+    fn of(emission: &Emission) -> Self {
+        let mut whitening = [0.0; TRIANGLE];
+        let mut at = 0;
+        for row in 0..AXES {
+            for column in 0..=row {
+                whitening[at] = emission.whitening()[(row, column)];
+                at += 1;
             }
-            *length = sum;
+        }
+        Self { whitening, normaliser: emission.log_normaliser() }
+    }
+
+    /// Of four residuals.
+    #[inline(always)]
+    fn log_densities<S: Wide>(&self, simd: S, residuals: [Four<S>; AXES]) -> Four<S> {
+        let mut squared = Four::splat(simd, 0.0);
+        let mut at = 0;
+        for row in 0..AXES {
+            let mut whitened = residuals[0] * self.whitening[at];
+            at += 1;
+            for residual in &residuals[1..=row] {
+                whitened += *residual * self.whitening[at];
+                at += 1;
+            }
+            squared += whitened * whitened;
+        }
+        Four::splat(simd, self.normaliser) - squared * 0.5
+    }
+}
+
+struct Subtract<'a> {
+    positions: &'a [f64],
+    mean: f64,
+    residuals: &'a mut [f64],
+}
+
+impl Kernel for Subtract<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Wide>(self, simd: S) {
+        for (residuals, positions) in self.residuals.as_chunks_mut().0.iter_mut().zip(fours(self.positions)) {
+            *residuals = (Four::new(simd, *positions) - self.mean).numbers();
         }
     }
 }
 
+/// [`rotation_log`] of four rotations at a mean.
+#[inline(always)]
+fn turns_of<S: Wide>(simd: S, rotations: [&[f64; LANES]; 4], mean: [f64; 4]) -> [Four<S>; 3] {
+    let [i, j, k, w] = Four::all(simd, rotations);
+    let [mi, mj, mk, mw] = mean;
+    // The mean's conjugate times the rotation.
+    let real = w * mw + i * mi + j * mj + k * mk;
+    let x = i * mw - w * mi - k * mj + j * mk;
+    let y = j * mw + k * mi - w * mj - i * mk;
+    let z = k * mw - j * mi + i * mj - w * mk;
+    let scale = scales(real.abs(), x * x + y * y + z * z);
+    if real.numbers().contains(&0.0) {
+        return half_turns(simd, real, [x, y, z], scale);
+    }
+    let scale = scale.with_signs_of(real);
+    [x * scale, y * scale, z * scale]
+}
+
+/// The same where there is half a turn among the four, of which no sign is nearer: [`rotation_log`] chooses.
+#[cold]
+fn half_turns<S: Wide>(simd: S, real: Four<S>, imaginary: [Four<S>; 3], scale: Four<S>) -> [Four<S>; 3] {
+    let [mut x, mut y, mut z] = imaginary.map(|vector| (vector * scale.with_signs_of(real)).numbers());
+    for lane in 0..LANES {
+        if real.numbers()[lane] == 0.0 {
+            let [i, j, k] = imaginary.map(|vector| vector.numbers()[lane]);
+            let half_turn = UnitQuaternion::new_unchecked([i, j, k, 0.0].into());
+            [x[lane], y[lane], z[lane]] = rotation_log(&half_turn).into();
+        }
+    }
+    [x, y, z].map(|numbers| Four::new(simd, numbers))
+}
+
+struct Turns<'a> {
+    rotations: [&'a [f64]; 4],
+    mean: [f64; 4],
+    turns: [&'a mut [f64]; 3],
+}
+
+impl Kernel for Turns<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Wide>(self, simd: S) {
+        let [i, j, k, w] = all_fours(self.rotations);
+        let [x, y, z] = self.turns.map(|column| column.as_chunks_mut().0);
+        let turns = x.iter_mut().zip(y).zip(z);
+        for (((i, j), (k, w)), ((x, y), z)) in i.iter().zip(j).zip(k.iter().zip(w)).zip(turns) {
+            let [a, b, c] = turns_of(simd, [i, j, k, w], self.mean);
+            (*x, *y, *z) = (a.numbers(), b.numbers(), c.numbers());
+        }
+    }
+}
+
+struct OfResiduals<'a> {
+    residuals: [&'a [f64]; AXES],
+    gaussian: Gaussian,
+    log_densities: &'a mut [f64],
+}
+
+impl Kernel for OfResiduals<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Wide>(self, simd: S) {
+        let [x, y, z, i, j, k] = all_fours(self.residuals);
+        let residuals = x.iter().zip(y).zip(z).zip(i.iter().zip(j).zip(k));
+        for ((((x, y), z), ((i, j), k)), log_densities) in residuals.zip(self.log_densities.as_chunks_mut().0) {
+            let residuals = Four::all(simd, [x, y, z, i, j, k]);
+            *log_densities = self.gaussian.log_densities(simd, residuals).numbers();
+        }
+    }
+}
+
+struct OfFrames<'a> {
+    positions: [&'a [f64]; 3],
+    rotations: [&'a [f64]; 4],
+    position: [f64; 3],
+    rotation: [f64; 4],
+    gaussian: Gaussian,
+    log_densities: &'a mut [f64],
+}
+
+impl Kernel for OfFrames<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Wide>(self, simd: S) {
+        let ([x, y, z], [i, j, k, w]) = (all_fours(self.positions), all_fours(self.rotations));
+        let frames = x.iter().zip(y).zip(z).zip(i.iter().zip(j).zip(k.iter().zip(w)));
+        for ((((x, y), z), ((i, j), (k, w))), log_densities) in frames.zip(self.log_densities.as_chunks_mut().0) {
+            let [mx, my, mz] = self.position;
+            let (x, y, z) = (Four::new(simd, *x) - mx, Four::new(simd, *y) - my, Four::new(simd, *z) - mz);
+            let [i, j, k] = turns_of(simd, [i, j, k, w], self.rotation);
+            *log_densities = self.gaussian.log_densities(simd, [x, y, z, i, j, k]).numbers();
+        }
+    }
+}
+
+struct Weighted<'a> {
+    residuals: [&'a [f64]; AXES],
+    weights: &'a [f64],
+}
+
+impl Kernel for Weighted<'_> {
+    type Output = [f64; AXES];
+
+    #[inline(always)]
+    fn run<S: Wide>(self, simd: S) -> [f64; AXES] {
+        let mut sums = [Four::splat(simd, 0.0); AXES];
+        let [x, y, z, i, j, k] = all_fours(self.residuals);
+        let residuals = x.iter().zip(y).zip(z).zip(i.iter().zip(j).zip(k));
+        for (weights, (((x, y), z), ((i, j), k))) in fours(self.weights).iter().zip(residuals) {
+            let weights = Four::new(simd, *weights);
+            for (sum, column) in sums.iter_mut().zip([x, y, z, i, j, k]) {
+                *sum += weights * Four::new(simd, *column);
+            }
+        }
+        Four::all_joined(sums)
+    }
+}
+
+struct Scatter<'a> {
+    residuals: [&'a [f64]; AXES],
+    weights: &'a [f64],
+}
+
+impl Kernel for Scatter<'_> {
+    type Output = [f64; TRIANGLE];
+
+    #[inline(always)]
+    fn run<S: Wide>(self, simd: S) -> [f64; TRIANGLE] {
+        // Half of the entries at a time: more running sums than that are not held in registers.
+        let mut entries = [0.0; TRIANGLE];
+        let (upper, lower) = entries.split_at_mut(10);
+        upper.copy_from_slice(&self.rows::<S, 10>(simd, 0..4));
+        lower.copy_from_slice(&self.rows::<S, 11>(simd, 4..6));
+        entries
+    }
+}
+
+impl Scatter<'_> {
+    /// The entries of these rows of the lower triangle. Fours of frames without weight are left out.
+    #[inline(always)]
+    fn rows<S: Wide, const ENTRIES: usize>(&self, simd: S, rows: Range<usize>) -> [f64; ENTRIES] {
+        let mut sums = [Four::splat(simd, 0.0); ENTRIES];
+        let [x, y, z, i, j, k] = all_fours(self.residuals);
+        let residuals = x.iter().zip(y).zip(z).zip(i.iter().zip(j).zip(k));
+        for (weights, (((x, y), z), ((i, j), k))) in fours(self.weights).iter().zip(residuals) {
+            if *weights == [0.0; LANES] {
+                continue;
+            }
+            let weights = Four::new(simd, *weights);
+            let residuals = [x, y, z, i, j, k];
+            let mut at = 0;
+            for row in rows.clone() {
+                let share = weights * Four::new(simd, *residuals[row]);
+                for column in &residuals[..=row] {
+                    sums[at] += share * Four::new(simd, **column);
+                    at += 1;
+                }
+            }
+        }
+        Four::all_joined(sums)
+    }
+}
+
+/// The mean's next step, from the weighted sum of the turns and their scatter about the mean, both over the weights' sum.
+///
+/// The logarithm's slope at a turn r is 1 + ([r]×)²/12 and higher terms; with it the steps converge at once where the turns are small.
+pub(super) fn mean_step(turn: &Vector3<f64>, scatter: &Matrix3<f64>) -> Vector3<f64> {
+    let slope = Matrix3::identity() - (Matrix3::from_diagonal_element(scatter.trace()) - scatter) / 12.0;
+    // Its eigenvalues are above 0.1 whatever the turns: they are at most π long.
+    slope.try_inverse().map_or(*turn, |inverse| inverse * turn)
+}
+
 #[cfg(test)]
 mod tests {
-    use nalgebra::Translation3;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    use super::*;
-    use crate::keyframe::pose::{Tangent, exp, log};
+    use nalgebra::Quaternion;
 
-    /// Near and far frames alike: past 29° a rotation's logarithm is no polynomial.
+    use super::*;
+    use crate::keyframe::pose::{exp, log};
+
+    /// Blocks of frames and one frame after the other, near the mean and as far as a rotation can be.
     #[test]
-    fn many_frames_at_once_are_what_one_is() {
-        let mut rng = ChaCha8Rng::seed_from_u64(3);
-        for spread in [0.0, 1e-9, 0.1, 0.5, 1.5, 3.0] {
-            let mut draw = |size: f64| size * (2.0 * rng.random::<f64>() - 1.0);
-            let mean = Pose::from_parts(
-                Translation3::new(draw(1.0), draw(1.0), draw(1.0)),
-                UnitQuaternion::from_scaled_axis(Vector3::new(draw(2.0), draw(2.0), draw(2.0))),
-            );
-            let poses: Vec<Pose> = (0..41).map(|_| exp(&mean, &Tangent::from_fn(|_, _| draw(spread)))).collect();
-            let weights: Vec<f64> = (0..41).map(|frame| if frame % 3 == 0 { 0.0 } else { draw(0.5) + 0.5 }).collect();
-            let frames = Frames::new(poses.clone());
-            let mut residuals = Residuals::new(2 * frames.len());
-            let cells = frames.len()..2 * frames.len();
-            residuals.measure(cells.clone(), &frames, &mean);
-            let whitening = Matrix6::from_fn(|row, column| if column <= row { draw(3.0) } else { 0.0 });
-            let mut lengths = vec![0.0; frames.len()];
-            residuals.squared_lengths(cells.clone(), &whitening, &mut lengths);
-            let (mut turn, mut scatter) = (Vector3::zeros(), Matrix6::zeros());
-            for ((pose, weight), length) in poses.iter().zip(&weights).zip(&lengths) {
+    fn columns_are_what_one_frame_after_the_other_is() {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let mut draw = |spread: f64| spread * (rng.random::<f64>() - 0.5);
+        let mean = exp(&Pose::identity(), &Tangent::from_fn(|_, _| draw(2.0)));
+        for (spread, count) in [(0.1, 41), (1.0, 40), (3.0, 7), (6.0, 64), (0.2, 1)] {
+            let poses: Vec<Pose> = (0..count).map(|_| exp(&mean, &Tangent::from_fn(|_, _| draw(spread)))).collect();
+            let frames = Frames::new(poses.iter());
+            let mut weights = vec![0.0; frames.padded()];
+            let share = |frame: usize| if frame.is_multiple_of(3) || frame / 4 == 2 { 0.0 } else { draw(0.5) + 0.5 };
+            weights[..count].iter_mut().zip((0..count).map(share)).for_each(|(weight, share)| *weight = share);
+            let mut residuals = Residuals::new(frames.padded());
+            residuals.measure(&frames, &mean);
+            let covariance =
+                Matrix6::from_fn(|row, column| if row == column { 3.0 } else { 0.3 + 0.1 * (row + column) as f64 });
+            let emission = Emission::new(mean, covariance, Matrix6::zeros(), None).unwrap();
+            let (mut found, mut of_frames) = (vec![0.0; frames.padded()], vec![0.0; frames.padded()]);
+            residuals.log_densities(&emission, &mut found);
+            frames.log_densities(&emission, &mut of_frames);
+            let (mut sum, mut scatter) = (Tangent::zeros(), Matrix6::zeros());
+            for (frame, pose) in poses.iter().enumerate() {
                 let residual = log(&mean, pose);
-                let expected = (whitening * residual).norm_squared();
-                assert!((length - expected).abs() <= 1e-12 * (1.0 + expected), "{spread}: {length} for {expected}");
-                turn += residual.fixed_rows::<3>(3) * *weight;
-                scatter += residual * residual.transpose() * *weight;
+                let expected = emission.pose_log_density(pose);
+                assert!((found[frame] - expected).abs() <= 1e-12 * (1.0 + expected.abs()), "{spread}: {expected}");
+                assert_eq!(found[frame].to_bits(), of_frames[frame].to_bits());
+                sum += residual * weights[frame];
+                scatter += residual * residual.transpose() * weights[frame];
             }
-            assert!((residuals.weighted_turn(cells.clone(), &weights) - turn).norm() <= 1e-13 * (1.0 + spread));
-            assert!((residuals.scatter(cells, &weights) - scatter).norm() <= 1e-12 * (1.0 + scatter.norm()));
+            assert!((residuals.weighted(&weights) - sum).norm() <= 1e-13 * (1.0 + spread));
+            assert!((residuals.scatter(&weights) - scatter).norm() <= 1e-12 * (1.0 + scatter.norm()));
+        }
+    }
+
+    /// Half a turn has two rotation vectors, and both ways choose the same.
+    #[test]
+    fn half_a_turn() {
+        let rotations = [[1.0, 0.0, 0.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -0.6, 0.8, 0.0], [0.0, 0.6, -0.8, -0.0]];
+        let pose = |[i, j, k, w]: [f64; 4]| {
+            let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, i, j, k));
+            Pose::from_parts(Vector3::zeros().into(), rotation)
+        };
+        let poses = rotations.map(pose);
+        let frames = Frames::new(poses.iter());
+        let mut residuals = Residuals::new(frames.padded());
+        residuals.measure(&frames, &Pose::identity());
+        for (frame, pose) in poses.iter().enumerate() {
+            let found = Vector3::from_fn(|axis, _| residuals.axes[3 + axis][frame]);
+            assert_eq!(found, rotation_log(&pose.rotation));
         }
     }
 }

@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 
+use super::columns::Frames;
 use super::gripper::GripperEmission;
 use super::{EmissionDensity, HmmError, HmmParameters};
 use crate::demonstration::{Gripper, Pose};
@@ -87,12 +88,24 @@ impl Emission {
 
     /// Log density of the pose alone.
     pub fn pose_log_density(&self, pose: &Pose) -> f64 {
-        self.log_density_at(self.mahalanobis_squared(&log(&self.mean, pose)))
+        self.log_normaliser - 0.5 * self.mahalanobis_squared(&log(&self.mean, pose))
     }
 
-    /// Log density at a squared Mahalanobis length.
-    pub(super) fn log_density_at(&self, mahalanobis_squared: f64) -> f64 {
-        self.log_normaliser - 0.5 * mahalanobis_squared
+    /// −½ (6 log 2π + log |Σ|).
+    pub(super) fn log_normaliser(&self) -> f64 {
+        self.log_normaliser
+    }
+
+    /// Adds what the commands count, where they and the emission's distribution of them are there.
+    pub(super) fn add_log_densities_of_commands(
+        &self,
+        commands: impl Iterator<Item = Option<Gripper>>,
+        log_densities: &mut [f64],
+    ) {
+        let Some(scores) = self.gripper.as_ref().map(GripperEmission::scores) else { return };
+        for (log_density, command) in log_densities.iter_mut().zip(commands) {
+            *log_density += command.map_or(0.0, |command| scores.log_density(command));
+        }
     }
 
     /// W with |W r|² the squared Mahalanobis length of r: lower triangular.
@@ -129,6 +142,14 @@ impl EmissionDensity for Emission {
             _ => 0.0,
         };
         self.pose_log_density(&frame.pose) + gripper
+    }
+
+    fn log_densities(emissions: &[Self], frames: &[&Observation], columns: &mut [f64]) {
+        let poses = Frames::new(frames.iter().map(|frame| &frame.pose));
+        for (emission, column) in emissions.iter().zip(columns.chunks_exact_mut(poses.padded().max(1))) {
+            poses.log_densities(emission, column);
+            emission.add_log_densities_of_commands(frames.iter().map(|frame| frame.gripper), column);
+        }
     }
 
     /// The other mean is expressed in the tangent space at this one's, its covariance transported there along the geodesic

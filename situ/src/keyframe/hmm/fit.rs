@@ -1,15 +1,14 @@
 //! Expectation maximisation of a left-to-right model (decisions D12 to D14).
 
-use core::ops::Range;
+use nalgebra::{Matrix6, Translation3, Vector3};
 
-use nalgebra::{Matrix6, Translation3};
-
-use super::columns::{Frames, Residuals};
+use super::columns::{Frames, Residuals, mean_step};
 use super::inference::Recursion;
 use super::transition::{farthest, last_start, proportions};
 use super::{Emission, GripperEmission, Hmm, HmmError, HmmParameters, Observation};
 use crate::demonstration::{Gripper, Pose};
 use crate::keyframe::pose::{MEAN_STEPS, MEAN_TOLERANCE, karcher_mean, turn};
+use crate::vector::sum;
 
 /// A state with no more expected frames than this keeps the parameters it had.
 const EMPTY_STATE: f64 = 1e-12;
@@ -52,25 +51,16 @@ impl Fit {
 /// What one fit needs besides the model; nothing is allocated again from one re-estimation to the next.
 struct Workspace {
     recursion: Recursion,
+    poses: Vec<Pose>,
     frames: Frames,
     grippers: Vec<Option<Gripper>>,
-    /// Frame at which each sequence starts, and the number of frames after the last.
-    starts: Vec<usize>,
-    /// Of every state, every frame's residual in the tangent space at the state's mean, shape (K, frames): the E step's
-    /// distances, the first step of the next mean and the scatter about the present one are all made of them.
-    residuals: Residuals,
-    /// The residuals of one state at a mean that is tried, shape (frames).
+    /// Of every state, every frame's residual in the tangent space at the state's mean, shape (K): the E step's distances, the
+    /// first step of the next mean and the scatter about the present one are all made of them.
+    residuals: Vec<Residuals>,
+    /// The residuals of one state at a mean that is tried.
     tried: Residuals,
-    /// Log densities, shape (frames, K).
-    densities: Vec<f64>,
-    /// Shape (frames, K).
-    occupancy: Vec<f64>,
-    /// Shape (K, K).
-    transitions: Vec<f64>,
-    /// Every frame's share of one state, 0 where it does not count.
+    /// Every frame's share of one state, 0 where it does not count; padded.
     weights: Vec<f64>,
-    /// Every frame's squared distance from one state.
-    distances: Vec<f64>,
 }
 
 impl Hmm {
@@ -114,9 +104,8 @@ impl Hmm {
             return Err(HmmError::Topology);
         }
         let mut workspace = Workspace::new(sequences, k, parameters)?;
-        for (state, emission) in self.emissions.iter().enumerate() {
-            let cells = workspace.cells_of(state);
-            workspace.residuals.measure(cells, &workspace.frames, &emission.mean);
+        for (residuals, emission) in workspace.residuals.iter_mut().zip(&self.emissions) {
+            residuals.measure(&workspace.frames, &emission.mean);
         }
         workspace.climb(self.clone(), parameters)
     }
@@ -185,43 +174,38 @@ impl Workspace {
             }
             starts.push(poses.len());
         }
-        let cells = poses.len() * states;
-        let longest = sequences.iter().map(|sequence| sequence.len()).max().unwrap_or_default();
+        let frames = Frames::new(poses.iter());
+        let room = || Residuals::new(frames.padded());
         Ok(Self {
-            recursion: Recursion::new(longest, states),
-            residuals: Residuals::new(cells),
-            tried: Residuals::new(poses.len()),
-            densities: vec![0.0; cells],
-            occupancy: vec![0.0; cells],
-            transitions: vec![0.0; states * states],
-            weights: vec![0.0; poses.len()],
-            distances: vec![0.0; poses.len()],
-            frames: Frames::new(poses),
+            recursion: Recursion::new(starts, states).with_room_for_all(),
+            residuals: (0..states).map(|_| room()).collect(),
+            tried: room(),
+            weights: vec![0.0; frames.padded()],
+            poses,
+            frames,
             grippers,
-            starts,
         })
     }
 
     /// The start: frame t of T belongs to state ⌊tK/T⌋. Where a sequence has fewer frames than there are states, a state
     /// without a frame borrows the one nearest to its place.
     fn cut_evenly(&mut self, states: usize) {
-        self.occupancy.fill(0.0);
-        self.transitions.fill(0.0);
-        for bounds in self.starts.windows(2) {
-            let frames = bounds[1] - bounds[0];
+        for sequence in 0..self.recursion.starts().len() - 1 {
+            let [start, after] = [0, 1].map(|end| self.recursion.starts()[sequence + end]);
+            let frames = after - start;
             let mut before = None;
             for frame in 0..frames {
                 let state = frame * states / frames;
-                self.occupancy[(bounds[0] + frame) * states + state] = 1.0;
+                *self.recursion.occupancy_mut(start + frame, state) = 1.0;
                 if let Some(before) = before {
-                    self.transitions[before * states + state] += 1.0;
+                    self.recursion.transitions_mut()[before * states + state] += 1.0;
                 }
                 before = Some(state);
             }
             for state in 0..states {
                 let nearest = (2 * state + 1) * frames / (2 * states);
                 if frames < states {
-                    self.occupancy[(bounds[0] + nearest) * states + state] = 1.0;
+                    *self.recursion.occupancy_mut(start + nearest, state) = 1.0;
                 }
             }
         }
@@ -242,11 +226,8 @@ impl Workspace {
             log_likelihoods.push(log_likelihood);
             objectives.push(objective);
             if rests || iterations == parameters.max_iterations {
-                let k = hmm.states();
-                let mut occupancy = vec![0.0; k];
-                for frame in self.occupancy.chunks_exact(k) {
-                    occupancy.iter_mut().zip(frame).for_each(|(sum, share)| *sum += share);
-                }
+                let of = |state| (0..self.frames.len()).map(|frame| self.recursion.occupancy(frame, state)).sum();
+                let occupancy = (0..hmm.states()).map(of).collect();
                 return Ok(Fit { hmm, iterations, converged: rests, log_likelihoods, objectives, occupancy });
             }
             self.maximise(&mut hmm, parameters)?;
@@ -256,34 +237,16 @@ impl Workspace {
 
     /// The E step; returns the log likelihood of all sequences.
     fn expect(&mut self, hmm: &Hmm) -> Result<f64, HmmError> {
-        let k = hmm.states();
-        self.recursion.set(hmm);
-        self.transitions.fill(0.0);
-        for (state, emission) in hmm.emissions.iter().enumerate() {
-            let commands = emission.gripper.as_ref().map(GripperEmission::scores);
-            self.residuals.squared_lengths(self.cells_of(state), emission.whitening(), &mut self.distances);
-            for (frame, squared) in self.distances.iter().enumerate() {
-                let mut density = emission.log_density_at(*squared);
-                if let (Some(scores), Some(command)) = (&commands, self.grippers[frame]) {
-                    density += scores.log_density(command);
-                }
-                self.densities[frame * k + state] = density;
-            }
+        for (state, (emission, residuals)) in hmm.emissions.iter().zip(&self.residuals).enumerate() {
+            let column = self.recursion.log_densities_mut().column_mut(state);
+            residuals.log_densities(emission, column);
+            emission.add_log_densities_of_commands(self.grippers.iter().copied(), column);
         }
-        let mut total = 0.0;
-        for (sequence, bounds) in self.starts.windows(2).enumerate() {
-            let cells = bounds[0] * k..bounds[1] * k;
-            let log_likelihood = self.recursion.expectations(
-                &self.densities[cells.clone()],
-                &mut self.occupancy[cells],
-                &mut self.transitions,
-            );
-            if log_likelihood == f64::NEG_INFINITY {
-                return Err(HmmError::Impossible { sequence });
-            }
-            total += log_likelihood;
+        let log_likelihoods = self.recursion.expect(hmm);
+        match log_likelihoods.iter().position(|log_likelihood| *log_likelihood == f64::NEG_INFINITY) {
+            Some(sequence) => Err(HmmError::Impossible { sequence }),
+            None => Ok(log_likelihoods.iter().sum()),
         }
-        Ok(total)
     }
 
     /// The first M step: of shares that no model made, with means that are no guess.
@@ -292,11 +255,10 @@ impl Workspace {
         for (state, emission) in hmm.emissions.iter_mut().enumerate() {
             let Some(total) = self.gather(state) else { continue };
             let gripper = self.gripper(emission.gripper, parameters);
-            let mean = karcher_mean(self.frames.poses(), &self.weights);
-            let cells = self.cells_of(state);
-            self.residuals.measure(cells.clone(), &self.frames, &mean);
-            let scatter = self.residuals.scatter(cells, &self.weights);
-            *emission = best_emission(mean, &scatter, total, gripper, parameters)?;
+            let mean = karcher_mean(&self.poses, &self.weights);
+            let residuals = &mut self.residuals[state];
+            residuals.measure(&self.frames, &mean);
+            *emission = best_emission(mean, &residuals.scatter(&self.weights), total, gripper, parameters)?;
         }
         Ok(())
     }
@@ -307,41 +269,55 @@ impl Workspace {
         for (state, emission) in hmm.emissions.iter_mut().enumerate() {
             let Some(total) = self.gather(state) else { continue };
             let gripper = self.gripper(emission.gripper, parameters);
-            let (mean, turned) = self.try_mean(state, &emission.mean, total);
-            let all = 0..self.frames.len();
-            let scatter = self.tried.scatter(all, &self.weights);
-            let moved = best_emission(mean, &scatter, total, gripper, parameters)?;
-            if turned {
-                let scatter = self.residuals.scatter(self.cells_of(state), &self.weights);
-                let stayed = best_emission(emission.mean, &scatter, total, gripper, parameters)?;
-                // With the best covariance for each mean, the objective is lower where the determinant is greater.
-                if stayed.log_determinant() < moved.log_determinant() - ROUNDING {
-                    *emission = stayed;
-                    continue;
+            let residuals = &mut self.residuals[state];
+            let sum = residuals.weighted(&self.weights) / total;
+            let position = emission.mean.translation.vector + sum.fixed_rows::<3>(0);
+            let moved = |rotation| Pose::from_parts(Translation3::from(position), rotation);
+            let about_present = residuals.scatter(&self.weights);
+            let turns = about_present.fixed_view::<3, 3>(3, 3) / total;
+            let mut step = mean_step(&sum.fixed_rows::<3>(3).into(), &turns);
+            let comes_to_rest = |step: &Vector3<f64>| step.dot(step) < MEAN_TOLERANCE * MEAN_TOLERANCE;
+            if comes_to_rest(&step) {
+                let mean = moved(emission.mean.rotation);
+                residuals.measure_positions(&self.frames, &position);
+                *emission = best_emission(mean, &residuals.scatter(&self.weights), total, gripper, parameters)?;
+                continue;
+            }
+            let mut rotation = emission.mean.rotation;
+            for _ in 0..MEAN_STEPS {
+                rotation = turn(&rotation, &step);
+                self.tried.measure_turns(&self.frames, &rotation);
+                let sum = self.tried.weighted(&self.weights) / total;
+                step = mean_step(&sum.fixed_rows::<3>(3).into(), &turns);
+                if comes_to_rest(&step) {
+                    break;
                 }
             }
-            self.residuals.copy_into(self.cells_of(state), &self.tried);
-            *emission = moved;
+            self.tried.measure_positions(&self.frames, &position);
+            let scatter = self.tried.scatter(&self.weights);
+            let moved = best_emission(moved(rotation), &scatter, total, gripper, parameters)?;
+            let stayed = best_emission(emission.mean, &about_present, total, gripper, parameters)?;
+            // With the best covariance for each mean, the objective is lower where the determinant is greater.
+            *emission = if stayed.log_determinant() < moved.log_determinant() - ROUNDING {
+                stayed
+            } else {
+                core::mem::swap(residuals, &mut self.tried);
+                moved
+            };
         }
         Ok(())
     }
 
-    /// Where the frames of a state are in what has the states first.
-    fn cells_of(&self, state: usize) -> Range<usize> {
-        state * self.frames.len()..(state + 1) * self.frames.len()
-    }
-
     /// Takes out every frame's share of a state, and returns their sum; none where there is next to nothing.
     fn gather(&mut self, state: usize) -> Option<f64> {
-        let k = self.occupancy.len() / self.frames.len();
-        let shares = || self.occupancy[state..].iter().step_by(k).copied();
-        let total: f64 = shares().sum();
+        self.recursion.occupancy_of(state, &mut self.weights);
+        let total = sum(&self.weights);
         if total <= EMPTY_STATE {
             return None;
         }
         let negligible = NEGLIGIBLE_SHARE * total;
-        for (weight, share) in self.weights.iter_mut().zip(shares()) {
-            *weight = if share > negligible { share } else { 0.0 };
+        for weight in &mut self.weights {
+            *weight = if *weight > negligible { *weight } else { 0.0 };
         }
         Some(total)
     }
@@ -355,35 +331,15 @@ impl Workspace {
         Some(gripper)
     }
 
-    /// The weighted mean on the manifold, with the residuals there in `tried`; and whether its rotation is another than
-    /// before. The residuals at the mean before are the first step towards it.
-    fn try_mean(&mut self, state: usize, before: &Pose, total: f64) -> (Pose, bool) {
-        let all = 0..self.frames.len();
-        let mut rotation = before.rotation;
-        let mut step = self.residuals.weighted_turn(self.cells_of(state), &self.weights) / total;
-        let mut steps = 0;
-        while step.dot(&step) >= MEAN_TOLERANCE * MEAN_TOLERANCE && steps < MEAN_STEPS {
-            rotation = turn(&rotation, &step);
-            self.tried.measure_turns(all.clone(), &self.frames, &rotation);
-            step = self.tried.weighted_turn(all.clone(), &self.weights) / total;
-            steps += 1;
-        }
-        if steps == 0 {
-            self.tried.copy_turns(&self.residuals, self.cells_of(state));
-        }
-        let position = self.frames.weighted_position(&self.weights) / total;
-        self.tried.measure_positions(all, &self.frames, &position);
-        (Pose::from_parts(Translation3::from(position), rotation), steps > 0)
-    }
-
     /// Starts, transitions and ends, from the expected counts.
     fn maximise_chain(&self, hmm: &mut Hmm, parameters: &HmmParameters) {
         let k = hmm.states();
         let floor = parameters.transition_floor;
+        let starts = self.recursion.starts();
         let mut ways = [0.0; 4];
         let last = last_start(k, parameters.skip);
         for (state, way) in ways[..=last].iter_mut().enumerate() {
-            *way = self.starts[..self.starts.len() - 1].iter().map(|start| self.occupancy[start * k + state]).sum();
+            *way = starts[..starts.len() - 1].iter().map(|start| self.recursion.occupancy(*start, state)).sum();
         }
         if proportions(&mut ways[..=last], floor) {
             hmm.initial[..=last].copy_from_slice(&ways[..=last]);
@@ -391,8 +347,8 @@ impl Workspace {
         for state in 0..k {
             let row = state * k + state..=state * k + farthest(state, k, parameters.skip);
             let open = row.clone().count();
-            ways[..open].copy_from_slice(&self.transitions[row.clone()]);
-            ways[open] = self.starts[1..].iter().map(|after| self.occupancy[(after - 1) * k + state]).sum();
+            ways[..open].copy_from_slice(&self.recursion.transitions()[row.clone()]);
+            ways[open] = starts[1..].iter().map(|after| self.recursion.occupancy(after - 1, state)).sum();
             if proportions(&mut ways[..=open], floor) {
                 hmm.transition[row].copy_from_slice(&ways[..open]);
                 hmm.end[state] = ways[open];

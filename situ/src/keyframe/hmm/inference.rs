@@ -11,9 +11,10 @@ mod left_to_right;
 mod wide;
 
 use super::{EmissionDensity, Hmm};
+use crate::vector::{Four, Kernel, LANES, Wide, exp, fours, padded, widest};
 
 use general::GeneralChain;
-use left_to_right::LeftToRightChain;
+use left_to_right::{Batch, Chain, GoThrough, LEAST, Lanes, Rows, TOGETHER};
 
 /// Expected counts of one sequence of T frames under a model of K states.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,64 +27,241 @@ pub struct Expectations {
     pub transitions: Vec<f64>,
 }
 
-/// The chain of a model, and room for the recursions over sequences up to some length: nothing is allocated from one sequence
-/// or re-estimation to the next.
-pub(super) struct Recursion {
-    left_to_right: LeftToRightChain,
-    general: GeneralChain,
+/// Numbers of frames in states, a padded column a state.
+pub(super) struct Cells {
+    columns: Vec<f64>,
+    length: usize,
 }
 
-/// Which of the two holds the variables of the last sequence.
-#[derive(Clone, Copy)]
-enum Gone {
-    LeftToRight,
-    General,
+impl Cells {
+    fn new(frames: usize, states: usize) -> Self {
+        Self { columns: vec![0.0; padded(frames) * states], length: padded(frames) }
+    }
+
+    /// The number of a frame in a state.
+    pub(super) fn at(&self, state: usize, frame: usize) -> f64 {
+        self.columns[state * self.length + frame]
+    }
+
+    /// The column of a state.
+    pub(super) fn column_mut(&mut self, state: usize) -> &mut [f64] {
+        &mut self.columns[state * self.length..(state + 1) * self.length]
+    }
+}
+
+/// Sequences of frames under a model of K states, and room for the recursions over them: nothing is allocated from one
+/// re-estimation to the next.
+pub(super) struct Recursion {
+    states: usize,
+    /// Frame at which each sequence starts, and the number of frames after the last.
+    starts: Vec<usize>,
+    /// Log densities, for the caller to fill.
+    log_densities: Cells,
+    /// Of each frame, the greatest log density.
+    scales: Vec<f64>,
+    chain: Chain,
+    /// The sequences side by side.
+    batches: Vec<Batch>,
+    rows: Rows,
+    /// Of each frame, the number in the rows that is of its first state; the next state's is [`TOGETHER`] further on.
+    places: Vec<usize>,
+    /// Of each sequence, its batch and its lane in it.
+    lanes: Vec<(usize, usize)>,
+    /// Of each batch.
+    likelihoods: Vec<Lanes>,
+    log_likelihoods: Vec<f64>,
+    /// Expected transitions, shape (K, K).
+    transitions: Vec<f64>,
+    /// Where plain numbers are not enough.
+    general: Option<GeneralChain>,
+}
+
+/// Puts sequences of these lengths side by side, the longest first; and the batch and the lane of each.
+fn side_by_side(lengths: &[usize]) -> (Vec<Batch>, Vec<(usize, usize)>) {
+    let mut order: Vec<usize> = (0..lengths.len()).collect();
+    order.sort_by_key(|sequence| core::cmp::Reverse(lengths[*sequence]));
+    let mut lanes = vec![(0, 0); lengths.len()];
+    let mut first = 0;
+    let batches = order.chunks(TOGETHER).enumerate().map(|(index, members)| {
+        let mut batch = Batch { first, rows: lengths[members[0]], ..Batch::default() };
+        first += batch.rows;
+        for (lane, sequence) in members.iter().enumerate() {
+            batch.lengths[lane] = lengths[*sequence];
+            lanes[*sequence] = (index, lane);
+        }
+        batch
+    });
+    (batches.collect(), lanes)
 }
 
 impl Recursion {
-    /// For sequences of at most so many frames.
-    pub(super) fn new(frames: usize, states: usize) -> Self {
-        Self { left_to_right: LeftToRightChain::new(frames, states), general: GeneralChain::new(frames, states) }
-    }
-
-    /// Takes over the chain of a model of as many states.
-    pub(super) fn set<E>(&mut self, hmm: &Hmm<E>) {
-        self.left_to_right.set(hmm);
-        self.general.set(hmm);
-    }
-
-    /// The log likelihood of a sequence by the log densities of its frames, T × K.
-    fn forward(&mut self, log_densities: &[f64]) -> (f64, Gone) {
-        match self.left_to_right.forward(log_densities) {
-            Some(log_likelihood) => (log_likelihood, Gone::LeftToRight),
-            None => (self.general.forward(log_densities), Gone::General),
+    /// For these sequences, each of at least one frame.
+    pub(super) fn new(starts: Vec<usize>, states: usize) -> Self {
+        let lengths: Vec<usize> = starts.windows(2).map(|bounds| bounds[1] - bounds[0]).collect();
+        let frames = starts.last().copied().unwrap_or_default();
+        let (batches, lanes) = side_by_side(&lengths);
+        let mut places = Vec::with_capacity(frames);
+        for (length, (batch, lane)) in lengths.iter().zip(&lanes) {
+            let first = batches[*batch].first;
+            places.extend((first..first + length).map(|row| row * states * TOGETHER + lane));
+        }
+        let rows = batches.last().map_or(0, |batch| batch.first + batch.rows);
+        Self {
+            states,
+            log_densities: Cells::new(frames, states),
+            scales: vec![0.0; padded(frames)],
+            chain: Chain::new(states),
+            rows: Rows::new(rows, states),
+            likelihoods: vec![[0.0; TOGETHER]; batches.len()],
+            log_likelihoods: vec![0.0; lengths.len()],
+            transitions: vec![0.0; states * states],
+            general: None,
+            batches,
+            places,
+            lanes,
+            starts,
         }
     }
 
-    /// Fills `occupancy` (T × K) and adds to `transitions` (K × K); returns the log likelihood. Where that is −∞ there is no
-    /// posterior, and neither is touched.
-    pub(super) fn expectations(
-        &mut self,
-        log_densities: &[f64],
-        occupancy: &mut [f64],
-        transitions: &mut [f64],
-    ) -> f64 {
-        let (log_likelihood, gone) = self.forward(log_densities);
-        if log_likelihood > f64::NEG_INFINITY {
-            match gone {
-                Gone::LeftToRight => self.left_to_right.backward(occupancy, transitions),
-                Gone::General => self.general.backward(occupancy, transitions),
+    /// Makes room for sequences that plain numbers are not enough for, before any is met.
+    pub(super) fn with_room_for_all(mut self) -> Self {
+        self.general = Some(new_general(&self.starts, self.states));
+        self
+    }
+
+    /// Log densities, to be filled before each go.
+    pub(super) fn log_densities_mut(&mut self) -> &mut Cells {
+        &mut self.log_densities
+    }
+
+    /// Frame at which each sequence starts, and the number of frames after the last.
+    pub(super) fn starts(&self) -> &[usize] {
+        &self.starts
+    }
+
+    /// Probability of a state at a frame.
+    pub(super) fn occupancy(&self, frame: usize, state: usize) -> f64 {
+        self.rows.occupancy.as_flattened()[self.places[frame] + TOGETHER * state]
+    }
+
+    /// The same, to be set.
+    pub(super) fn occupancy_mut(&mut self, frame: usize, state: usize) -> &mut f64 {
+        &mut self.rows.occupancy.as_flattened_mut()[self.places[frame] + TOGETHER * state]
+    }
+
+    /// A state's share of each frame, into a column.
+    pub(super) fn occupancy_of(&self, state: usize, column: &mut [f64]) {
+        let occupancy = &self.rows.occupancy.as_flattened()[TOGETHER * state..];
+        for (share, place) in column.iter_mut().zip(&self.places) {
+            *share = occupancy[*place];
+        }
+    }
+
+    /// Expected transitions, shape (K, K).
+    pub(super) fn transitions(&self) -> &[f64] {
+        &self.transitions
+    }
+
+    /// The same, to be set.
+    pub(super) fn transitions_mut(&mut self) -> &mut [f64] {
+        &mut self.transitions
+    }
+
+    /// The log likelihood of each sequence by the log densities.
+    pub(super) fn forward<E>(&mut self, hmm: &Hmm<E>) -> &[f64] {
+        self.go::<E, false>(hmm)
+    }
+
+    /// The same, with the posteriors; a sequence without a posterior, whose log likelihood is −∞, is left out of them.
+    pub(super) fn expect<E>(&mut self, hmm: &Hmm<E>) -> &[f64] {
+        self.transitions.fill(0.0);
+        self.go::<E, true>(hmm)
+    }
+
+    fn go<E, const BACK: bool>(&mut self, hmm: &Hmm<E>) -> &[f64] {
+        let k = self.states;
+        let is_plain = self.chain.set(hmm);
+        if is_plain {
+            widest(Scale {
+                log_densities: &self.log_densities.columns,
+                scales: &mut self.scales,
+                densities: self.rows.densities.as_flattened_mut(),
+                places: &self.places,
+            });
+            let (batches, rows, likelihoods) = (&self.batches[..], &mut self.rows, &mut self.likelihoods[..]);
+            widest(GoThrough::<BACK> { chain: &self.chain, batches, rows, likelihoods });
+            if BACK {
+                for (state, counts) in self.rows.counts.iter().enumerate() {
+                    for (ahead, count) in counts[..(k - state).min(counts.len())].iter().enumerate() {
+                        self.transitions[state * k + state + ahead] += count.iter().sum::<f64>();
+                    }
+                }
             }
         }
-        log_likelihood
+        let mut is_set = false;
+        for (sequence, (batch, lane)) in self.lanes.iter().enumerate() {
+            let frames = self.starts[sequence]..self.starts[sequence + 1];
+            let likelihood = self.likelihoods[*batch][*lane];
+            self.log_likelihoods[sequence] = if is_plain && likelihood >= LEAST {
+                libm::log(likelihood) + self.scales[frames].iter().sum::<f64>()
+            } else {
+                let general = self.general.get_or_insert_with(|| new_general(&self.starts, k));
+                if !is_set {
+                    general.set(hmm);
+                    is_set = true;
+                }
+                let log_likelihood = general.forward(&self.log_densities, frames.clone());
+                if BACK && log_likelihood > f64::NEG_INFINITY {
+                    let occupancy = self.rows.occupancy.as_flattened_mut();
+                    let places = &self.places[frames];
+                    general.backward(&mut self.transitions, |frame, state, share| {
+                        occupancy[places[frame] + TOGETHER * state] = share;
+                    });
+                }
+                log_likelihood
+            };
+        }
+        &self.log_likelihoods
     }
 }
 
-/// e to the x, and 0 where x is so low that `libm` would return 0 after more work.
-fn exp(x: f64) -> f64 {
-    /// The logarithm of the least number above 0 is −745.13.
-    const UNDERFLOW: f64 = -746.0;
-    if x < UNDERFLOW { 0.0 } else { libm::exp(x) }
+fn new_general(starts: &[usize], states: usize) -> GeneralChain {
+    let longest = starts.windows(2).map(|bounds| bounds[1] - bounds[0]).max();
+    GeneralChain::new(longest.unwrap_or_default(), states)
+}
+
+/// The greatest log density of each frame, and the densities over it in their places.
+struct Scale<'a> {
+    log_densities: &'a [f64],
+    scales: &'a mut [f64],
+    densities: &'a mut [f64],
+    places: &'a [usize],
+}
+
+impl Kernel for Scale<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Wide>(self, simd: S) {
+        let columns = self.log_densities.chunks_exact(self.scales.len());
+        let scales = self.scales.as_chunks_mut::<LANES>().0;
+        // Where no state can emit a frame, all densities over its greatest are 0.
+        scales.fill([f64::MIN; LANES]);
+        for column in columns.clone() {
+            for (scale, logs) in scales.iter_mut().zip(fours(column)) {
+                *scale = Four::new(simd, *logs).max(Four::new(simd, *scale)).numbers();
+            }
+        }
+        for (state, column) in columns.enumerate() {
+            let rows = &mut self.densities[TOGETHER * state..];
+            for ((logs, scales), places) in fours(column).iter().zip(&*scales).zip(self.places.chunks(LANES)) {
+                let densities = exp(simd, Four::new(simd, *logs) - Four::new(simd, *scales)).numbers();
+                for (place, density) in places.iter().zip(densities) {
+                    rows[*place] = density;
+                }
+            }
+        }
+    }
 }
 
 /// log Σ exp of the terms; −∞ of none.
@@ -92,16 +270,23 @@ pub(crate) fn log_sum_exp(terms: impl Iterator<Item = f64> + Clone) -> f64 {
     if greatest == f64::NEG_INFINITY {
         return greatest;
     }
-    greatest + libm::log(terms.map(|term| exp(term - greatest)).sum::<f64>())
+    greatest + libm::log(terms.map(|term| libm::exp(term - greatest)).sum::<f64>())
 }
 
 impl<E: EmissionDensity> Hmm<E> {
-    /// Log density of every frame in every state, shape (T, K), over what `densities` held.
-    fn log_densities(&self, frames: &[E::Frame], densities: &mut Vec<f64>) {
-        densities.clear();
-        for frame in frames {
-            densities.extend(self.emissions.iter().map(|emission| emission.log_density(frame)));
+    /// The recursions over these sequences that have frames, the log densities filled in.
+    fn recursion<S: AsRef<[E::Frame]>>(&self, sequences: &[S]) -> Recursion {
+        let mut starts = Vec::with_capacity(sequences.len() + 1);
+        starts.push(0);
+        let mut frames = 0;
+        for length in sequences.iter().map(|sequence| sequence.as_ref().len()).filter(|length| *length > 0) {
+            frames += length;
+            starts.push(frames);
         }
+        let mut recursion = Recursion::new(starts, self.states());
+        let all: Vec<&E::Frame> = sequences.iter().flat_map(AsRef::as_ref).collect();
+        E::log_densities(&self.emissions, &all, &mut recursion.log_densities_mut().columns);
+        recursion
     }
 
     /// Log probability of a sequence, its end included. −∞ for no frame: every sequence has one.
@@ -111,18 +296,7 @@ impl<E: EmissionDensity> Hmm<E> {
 
     /// [`Hmm::log_likelihood`] of several sequences, summed in their order; those without a frame do not count.
     pub fn total_log_likelihood<S: AsRef<[E::Frame]>>(&self, sequences: &[S]) -> f64 {
-        let longest = sequences.iter().map(|sequence| sequence.as_ref().len()).max().unwrap_or_default();
-        let mut recursion = Recursion::new(longest, self.states());
-        recursion.set(self);
-        let mut densities = Vec::with_capacity(longest * self.states());
-        let mut total = 0.0;
-        for sequence in sequences {
-            if !sequence.as_ref().is_empty() {
-                self.log_densities(sequence.as_ref(), &mut densities);
-                total += recursion.forward(&densities).0;
-            }
-        }
-        total
+        self.recursion(sequences).forward(self).iter().sum()
     }
 
     /// Posterior counts of a sequence (the E step). None where the sequence has probability 0 or no frame.
@@ -131,12 +305,10 @@ impl<E: EmissionDensity> Hmm<E> {
             return None;
         }
         let k = self.states();
-        let mut densities = Vec::new();
-        self.log_densities(frames, &mut densities);
-        let mut recursion = Recursion::new(frames.len(), k);
-        recursion.set(self);
-        let (mut occupancy, mut transitions) = (vec![0.0; densities.len()], vec![0.0; k * k]);
-        let log_likelihood = recursion.expectations(&densities, &mut occupancy, &mut transitions);
+        let mut recursion = self.recursion(&[frames]);
+        let log_likelihood = recursion.expect(self)[0];
+        let occupancy = (0..frames.len() * k).map(|cell| recursion.occupancy(cell / k, cell % k)).collect();
+        let transitions = recursion.transitions().to_vec();
         (log_likelihood > f64::NEG_INFINITY).then_some(Expectations { log_likelihood, occupancy, transitions })
     }
 
@@ -197,7 +369,7 @@ mod tests {
         let mut rng = ChaCha8Rng::seed_from_u64(11);
         let (mut plain, mut wide) = (0, 0);
         for case in 0..600 {
-            let (k, frames) = (1 + case % 7, 1 + case / 7 % 23);
+            let k = 1 + case % 13;
             let mut draw = || rng.random::<f64>();
             let mut transition = vec![0.0; k * k];
             let mut end = vec![0.0; k];
@@ -210,25 +382,34 @@ mod tests {
                 end[state] /= total;
             }
             let hmm = Hmm { initial: vec![1.0 / k as f64; k], transition, end, emissions: vec![(); k] };
-            let spread = [1.0, 30.0, 1000.0][case % 3];
-            let densities: Vec<f64> = (0..frames * k).map(|_| -spread * draw()).collect();
-            let mut recursion = Recursion::new(frames, k);
-            recursion.set(&hmm);
-            let expected = recursion.general.forward(&densities);
-            let Some(found) = recursion.left_to_right.forward(&densities) else {
-                wide += 1;
-                continue;
-            };
-            plain += 1;
-            assert!((found - expected).abs() <= 1e-12 * (1.0 + expected.abs()), "{case}: {found} for {expected}");
-            let posterior = || (vec![0.0; frames * k], vec![0.0; k * k]);
-            let (mut one, mut other) = (posterior(), posterior());
-            recursion.left_to_right.backward(&mut one.0, &mut one.1);
-            recursion.general.backward(&mut other.0, &mut other.1);
-            for (one, other) in one.0.iter().chain(&one.1).zip(other.0.iter().chain(&other.1)) {
-                assert!((one - other).abs() <= 1e-11 * (1e-30 + other), "{case}: {one} for {other}");
+            let mut starts = vec![0];
+            (0..1 + case % 6).for_each(|sequence| starts.push(starts[sequence] + 1 + (case / 7 + 5 * sequence) % 23));
+            let mut recursion = Recursion::new(starts.clone(), k);
+            let spread = [1.0, 30.0, 1000.0][case / 2 % 3];
+            recursion.log_densities_mut().columns.iter_mut().for_each(|log| *log = -spread * draw());
+            let found = recursion.expect(&hmm).to_vec();
+            *(if recursion.general.is_some() { &mut wide } else { &mut plain }) += 1;
+            let mut general = new_general(&starts, k);
+            general.set(&hmm);
+            let mut transitions = vec![0.0; k * k];
+            for (bounds, found) in starts.windows(2).zip(found) {
+                let frames = bounds[0]..bounds[1];
+                let expected = general.forward(&recursion.log_densities, frames.clone());
+                assert!((found - expected).abs() <= 1e-12 * (1.0 + expected.abs()), "{case}: {found} for {expected}");
+                general.backward(&mut transitions, |frame, state, expected| {
+                    near(case, recursion.occupancy(frames.start + frame, state), expected);
+                });
             }
+            recursion
+                .transitions()
+                .iter()
+                .zip(&transitions)
+                .for_each(|(found, expected)| near(case, *found, *expected));
         }
         assert!(plain > 300 && wide > 20, "{plain} in plain numbers, {wide} not");
+    }
+
+    fn near(case: usize, found: f64, expected: f64) {
+        assert!((found - expected).abs() <= 1e-11 * (1e-30 + expected), "{case}: {found} for {expected}");
     }
 }

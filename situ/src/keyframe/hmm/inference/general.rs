@@ -2,6 +2,8 @@
 
 use core::ops::Range;
 
+use super::Cells;
+
 use super::super::Hmm;
 use super::wide::Wide;
 
@@ -54,12 +56,14 @@ impl GeneralChain {
         }
     }
 
-    /// The log likelihood of a sequence by the log densities of its frames, T × K.
-    pub(super) fn forward(&mut self, log_densities: &[f64]) -> f64 {
+    /// The log likelihood of a sequence, by the log densities of its frames.
+    pub(super) fn forward(&mut self, log_densities: &Cells, frames: Range<usize>) -> f64 {
         let k = self.initial.len();
-        self.frames = log_densities.len() / k;
-        for (density, log) in self.densities.iter_mut().zip(log_densities) {
-            *density = Wide::exp(*log);
+        self.frames = frames.len();
+        for (frame, densities) in frames.zip(self.densities.chunks_exact_mut(k)) {
+            for (state, density) in densities.iter_mut().enumerate() {
+                *density = Wide::exp(log_densities.at(state, frame));
+            }
         }
         for (state, value) in self.forward[..k].iter_mut().enumerate() {
             *value = self.initial[state].times(self.densities[state]);
@@ -83,9 +87,9 @@ impl GeneralChain {
         self.likelihood.log()
     }
 
-    /// The posteriors of the sequence that [`GeneralChain::forward`] went through, whose likelihood is not 0: fills
-    /// `occupancy` (T × K) and adds to `transitions` (K × K).
-    pub(super) fn backward(&mut self, occupancy: &mut [f64], transitions: &mut [f64]) {
+    /// The posteriors of the sequence that [`GeneralChain::forward`] went through, whose likelihood is not 0: gives
+    /// the share of each state in each frame to `occupies(frame, state, share)`, and adds to `transitions` (K × K).
+    pub(super) fn backward(&mut self, transitions: &mut [f64], mut occupies: impl FnMut(usize, usize, f64)) {
         let k = self.initial.len();
         let share = self.likelihood.inverse();
         self.now.copy_from_slice(&self.end);
@@ -101,7 +105,7 @@ impl GeneralChain {
                     }
                     self.now[state] = sum.brought_back();
                 }
-                occupancy[frame * k + state] = reached.times_loosely(self.now[state]).value();
+                occupies(frame, state, reached.times_loosely(self.now[state]).value());
             }
             for (state, density) in self.densities[frame * k..(frame + 1) * k].iter().enumerate() {
                 self.after[state] = self.now[state].times(*density);

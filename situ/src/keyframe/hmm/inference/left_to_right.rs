@@ -1,150 +1,181 @@
-//! The recursions of a left-to-right model, in plain numbers: every state stays, goes to the next, or past it.
+//! The recursions of a left-to-right model, in plain numbers, over some sequences at once: every state stays, goes to the next, or past it.
 
 use super::super::Hmm;
-use super::exp;
+use crate::vector::{Four, Kernel, LANES, Wide};
 
 /// The farthest that a state goes on: past the next one.
 const REACH: usize = 2;
+/// Sequences that are gone through at once.
+pub(super) const TOGETHER: usize = LANES;
 /// A scaled likelihood from here on is right to the last digits, and so are its posteriors from 10⁻⁴⁰ on.
-const LEAST: f64 = 1e-250;
+pub(super) const LEAST: f64 = 1e-250;
 
-/// A chain, and the variables of the recursions over one sequence.
-pub(super) struct LeftToRightChain {
-    /// Whether it is one: no state goes back or farther.
-    holds: bool,
+/// A number of each of some sequences.
+pub(super) type Lanes = [f64; TOGETHER];
+
+/// The chain of a left-to-right model of K states.
+pub(super) struct Chain {
     initial: Vec<f64>,
     end: Vec<f64>,
-    /// Probabilities into each state: from two before it, from the one before it, and of staying; 3 × K.
-    into: [Vec<f64>; REACH + 1],
-    /// Probabilities out of each state: of staying, to the next, and past it; 3 × K.
-    out: [Vec<f64>; REACH + 1],
-    /// Scaled densities of the sequence, T × K.
-    densities: Vec<f64>,
-    /// Forward variables, T × (2 + K): before the first state come two that are always 0.
-    forward: Vec<f64>,
-    /// b β of the frame after, K + 2: after the last state come two that are always 0.
-    after: Vec<f64>,
-    /// β of a frame, and the forward variables as shares of the likelihood; K each.
-    now: Vec<f64>,
-    reached: Vec<f64>,
-    /// Expected transitions of the sequence, as `out`.
-    counts: [Vec<f64>; REACH + 1],
-    frames: usize,
-    likelihood: f64,
+    /// Probabilities into each state: from two before it, from the one before it, and of staying.
+    into: Vec<[f64; REACH + 1]>,
+    /// Probabilities out of each state: of staying, to the next, and past it.
+    out: Vec<[f64; REACH + 1]>,
 }
 
-impl LeftToRightChain {
-    pub(super) fn new(frames: usize, states: usize) -> Self {
-        let row = || vec![0.0; states];
-        let band = || [row(), row(), row()];
+impl Chain {
+    pub(super) fn new(states: usize) -> Self {
         Self {
-            holds: false,
-            initial: row(),
-            end: row(),
-            into: band(),
-            out: band(),
-            densities: vec![0.0; frames * states],
-            forward: vec![0.0; frames * (REACH + states)],
-            after: vec![0.0; states + REACH],
-            now: row(),
-            reached: row(),
-            counts: band(),
-            frames: 0,
-            likelihood: 0.0,
+            initial: vec![0.0; states],
+            end: vec![0.0; states],
+            into: vec![[0.0; REACH + 1]; states],
+            out: vec![[0.0; REACH + 1]; states],
         }
     }
 
-    pub(super) fn set<E>(&mut self, hmm: &Hmm<E>) {
+    /// Takes over the chain of a model of as many states; false where it is not left-to-right: a state goes back or farther.
+    pub(super) fn set<E>(&mut self, hmm: &Hmm<E>) -> bool {
         let k = hmm.states();
-        let probabilities = hmm.transition.iter().enumerate();
-        self.holds = probabilities
-            .filter(|(_, probability)| **probability > 0.0)
-            .all(|(at, _)| (at / k..=at / k + REACH).contains(&(at % k)));
         self.initial.copy_from_slice(&hmm.initial);
         self.end.copy_from_slice(&hmm.end);
         for ahead in 0..=REACH {
             for state in 0..k {
                 let to = state + ahead;
-                self.out[ahead][state] = if to < k { hmm.transition[state * k + to] } else { 0.0 };
-                self.into[REACH - ahead][state] =
+                self.out[state][ahead] = if to < k { hmm.transition[state * k + to] } else { 0.0 };
+                self.into[state][REACH - ahead] =
                     state.checked_sub(ahead).map_or(0.0, |from| hmm.transition[from * k + state]);
             }
         }
+        let mut probabilities = hmm.transition.iter().enumerate();
+        probabilities.all(|(at, probability)| *probability == 0.0 || (at / k..=at / k + REACH).contains(&(at % k)))
     }
+}
 
-    /// The log likelihood of a sequence by the log densities of its frames, T × K. None where it cannot be told in plain
-    /// numbers, or the chain is not left-to-right.
-    pub(super) fn forward(&mut self, log_densities: &[f64]) -> Option<f64> {
-        if !self.holds {
-            return None;
+/// Up to [`TOGETHER`] sequences, side by side from their first frames on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Batch {
+    /// Frames of each; 0 of one that is not there.
+    pub(super) lengths: [usize; TOGETHER],
+    /// The first of its rows, and their number: the frames of the longest.
+    pub(super) first: usize,
+    pub(super) rows: usize,
+}
+
+/// Expected numbers of transitions out of a state: of stays, to the next, and past it; a share of them in each lane.
+pub(super) type Counts = [Lanes; REACH + 1];
+
+/// What the recursions over batches of sequences go through: a row a frame, and in it a cell a state.
+pub(super) struct Rows {
+    /// Densities over the frame's greatest, shape (rows, K); 0 where a sequence has no frame.
+    pub(super) densities: Vec<Lanes>,
+    /// Forward variables, shape (rows, 2 + K): before the first state come two that are always 0.
+    forward: Vec<Lanes>,
+    /// Posteriors, shape (rows, K).
+    pub(super) occupancy: Vec<Lanes>,
+    /// b β of the frame after, shape (K + 2): after the last state come two that are always 0.
+    after: Vec<Lanes>,
+    /// Shape (K).
+    pub(super) counts: Vec<Counts>,
+}
+
+impl Rows {
+    pub(super) fn new(rows: usize, states: usize) -> Self {
+        let cells = |count| vec![[0.0; TOGETHER]; count];
+        Self {
+            densities: cells(rows * states),
+            forward: cells(rows * (REACH + states)),
+            occupancy: cells(rows * states),
+            after: cells(states + REACH),
+            counts: vec![[[0.0; TOGETHER]; REACH + 1]; states],
         }
-        let k = self.initial.len();
-        self.frames = log_densities.len() / k;
-        let mut log_scale = 0.0;
-        for (logs, densities) in log_densities.chunks_exact(k).zip(self.densities.chunks_exact_mut(k)) {
-            let greatest = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            log_scale += greatest;
-            for (density, log) in densities.iter_mut().zip(logs) {
-                *density = exp(log - greatest);
-            }
-        }
-        let width = REACH + k;
-        for (state, value) in self.forward[REACH..width].iter_mut().enumerate() {
-            *value = self.initial[state] * self.densities[state];
-        }
-        let [past, step, stay] = self.into.each_ref().map(|row| &row[..k]);
-        for frame in 1..self.frames {
-            let (before, next) = self.forward[(frame - 1) * width..(frame + 1) * width].split_at_mut(width);
-            let (two, one, same) = (&before[..k], &before[1..][..k], &before[2..][..k]);
-            let (next, densities) = (&mut next[REACH..][..k], &self.densities[frame * k..][..k]);
-            for state in 0..k {
-                let sum = two[state] * past[state] + one[state] * step[state] + same[state] * stay[state];
-                next[state] = sum * densities[state];
-            }
-        }
-        let last = &self.forward[(self.frames - 1) * width + REACH..self.frames * width];
-        self.likelihood = last.iter().zip(&self.end).map(|(forward, end)| forward * end).sum();
-        // A frame that no state can emit makes the scale −∞, and the sum no number.
-        (self.likelihood >= LEAST && log_scale.is_finite()).then(|| libm::log(self.likelihood) + log_scale)
     }
+}
 
-    /// The posteriors of the sequence that [`LeftToRightChain::forward`] went through: fills `occupancy` (T × K) and adds to
-    /// `transitions` (K × K).
-    pub(super) fn backward(&mut self, occupancy: &mut [f64], transitions: &mut [f64]) {
+/// The scaled likelihood of every sequence; and where it is to go `BACK` the posteriors and the expected transitions, of those sequences
+/// that plain numbers are enough for.
+pub(super) struct GoThrough<'a, const BACK: bool> {
+    pub(super) chain: &'a Chain,
+    pub(super) batches: &'a [Batch],
+    pub(super) rows: &'a mut Rows,
+    /// One a batch.
+    pub(super) likelihoods: &'a mut [Lanes],
+}
+
+impl<const BACK: bool> Kernel for GoThrough<'_, BACK> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Wide>(self, simd: S) {
+        self.rows.counts.fill([[0.0; TOGETHER]; REACH + 1]);
+        for (batch, likelihoods) in self.batches.iter().zip(self.likelihoods) {
+            *likelihoods = self.chain.forward(simd, batch, self.rows);
+            if BACK {
+                self.chain.backward(simd, batch, likelihoods, self.rows);
+            }
+        }
+    }
+}
+
+impl Chain {
+    /// The forward variables of a batch; returns the scaled likelihoods.
+    #[inline(always)]
+    fn forward<S: Wide>(&self, simd: S, batch: &Batch, rows: &mut Rows) -> Lanes {
         let k = self.initial.len();
         let width = REACH + k;
-        let share = 1.0 / self.likelihood;
-        let [stay, step, past] = self.out.each_ref().map(|row| &row[..k]);
-        let [stays, steps, passes] = self.counts.each_mut().map(|row| {
-            row.fill(0.0);
-            &mut row[..k]
-        });
-        let (now, reached) = (&mut self.now[..k], &mut self.reached[..k]);
-        now.copy_from_slice(&self.end);
-        for frame in (0..self.frames).rev() {
-            for (reached, forward) in reached.iter_mut().zip(&self.forward[frame * width + REACH..][..k]) {
-                *reached = forward * share;
-            }
-            if frame + 1 < self.frames {
-                let (same, one, two) = (&self.after[..k], &self.after[1..][..k], &self.after[2..][..k]);
-                for state in 0..k {
-                    let ways = [stay[state] * same[state], step[state] * one[state], past[state] * two[state]];
-                    stays[state] += reached[state] * ways[0];
-                    steps[state] += reached[state] * ways[1];
-                    passes[state] += reached[state] * ways[2];
-                    now[state] = ways[0] + ways[1] + ways[2];
+        let mut likelihoods = [0.0; TOGETHER];
+        let densities = rows.densities[batch.first * k..].chunks_exact(k);
+        let forward = &mut rows.forward[batch.first * width..(batch.first + batch.rows) * width];
+        for (row, densities) in densities.take(batch.rows).enumerate() {
+            let (before, now) = forward.split_at_mut(row * width);
+            let now = &mut now[REACH..width];
+            if let Some(before) = before.rchunks_exact(width).next() {
+                let cells = now.iter_mut().zip(densities).zip(before.windows(REACH + 1)).zip(&self.into);
+                for (((now, density), before), into) in cells {
+                    let two = Four::new(simd, before[0]) * into[0];
+                    let one = Four::new(simd, before[1]) * into[1];
+                    let same = Four::new(simd, before[2]) * into[2];
+                    *now = ((two + one + same) * Four::new(simd, *density)).numbers();
+                }
+            } else {
+                for ((now, density), initial) in now.iter_mut().zip(densities).zip(&self.initial) {
+                    *now = (Four::new(simd, *density) * *initial).numbers();
                 }
             }
-            let (cells, densities) = (&mut occupancy[frame * k..][..k], &self.densities[frame * k..][..k]);
-            let after = &mut self.after[..k];
-            for state in 0..k {
-                cells[state] = reached[state] * now[state];
-                after[state] = now[state] * densities[state];
+            for lane in (0..TOGETHER).filter(|lane| batch.lengths[*lane] == row + 1) {
+                likelihoods[lane] = now.iter().zip(&self.end).map(|(now, end)| now[lane] * end).sum();
             }
         }
-        for (ahead, counts) in self.counts.iter().enumerate() {
-            for (state, count) in counts[..k.saturating_sub(ahead)].iter().enumerate() {
-                transitions[state * k + state + ahead] += count;
+        likelihoods
+    }
+
+    /// The posteriors of a batch whose forward variables are there, and their transitions added to the counts.
+    #[inline(always)]
+    fn backward<S: Wide>(&self, simd: S, batch: &Batch, likelihoods: &Lanes, rows: &mut Rows) {
+        let k = self.initial.len();
+        let width = REACH + k;
+        let inverse = |likelihood: f64| if likelihood >= LEAST { 1.0 / likelihood } else { 0.0 };
+        let share = Four::new(simd, likelihoods.map(inverse));
+        rows.after.fill([0.0; TOGETHER]);
+        for row in (batch.first..batch.first + batch.rows).rev() {
+            let ends = |length| if batch.first + length == row + 1 { 1.0 } else { 0.0 };
+            let last = Four::new(simd, batch.lengths.map(ends));
+            let densities = &rows.densities[row * k..][..k];
+            let forward = &rows.forward[row * width + REACH..][..k];
+            let occupancy = &mut rows.occupancy[row * k..][..k];
+            let after = &mut rows.after[..width];
+            let counts = &mut rows.counts[..k];
+            let (out, end) = (&self.out[..k], &self.end[..k]);
+            for state in 0..k {
+                let reached = Four::new(simd, forward[state]) * share;
+                let stay = Four::new(simd, after[state]) * out[state][0];
+                let step = Four::new(simd, after[state + 1]) * out[state][1];
+                let past = Four::new(simd, after[state + 2]) * out[state][2];
+                for (count, way) in counts[state].iter_mut().zip([stay, step, past]) {
+                    *count = (Four::new(simd, *count) + reached * way).numbers();
+                }
+                let beta = stay + step + past + last * end[state];
+                occupancy[state] = (reached * beta).numbers();
+                after[state] = (beta * Four::new(simd, densities[state])).numbers();
             }
         }
     }
