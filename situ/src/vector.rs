@@ -60,14 +60,10 @@ pub(crate) fn fours(column: &[f64]) -> &[[f64; LANES]] {
     column.as_chunks().0
 }
 
-/// [`fours`] of several columns.
+/// [`fours`], to be written.
 #[inline(always)]
-pub(crate) fn all_fours<const N: usize>(columns: [&[f64]; N]) -> [&[[f64; LANES]]; N] {
-    let mut all = [&[][..]; N];
-    for (fours_of, column) in all.iter_mut().zip(columns) {
-        *fours_of = fours(column);
-    }
-    all
+pub(crate) fn fours_mut(column: &mut [f64]) -> &mut [[f64; LANES]] {
+    column.as_chunks_mut().0
 }
 
 /// The length of a column of so many numbers, padded.

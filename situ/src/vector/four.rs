@@ -23,7 +23,7 @@ impl<S: Wide> Four<S> {
 
     /// Several fours.
     #[inline(always)]
-    pub(crate) fn all<const N: usize>(simd: S, numbers: [&[f64; LANES]; N]) -> [Self; N] {
+    pub(crate) fn all<const N: usize>(simd: S, numbers: &[[f64; LANES]; N]) -> [Self; N] {
         // A closure would be a function of its own.
         let mut fours = [Self::splat(simd, 0.0); N];
         for (four, numbers) in fours.iter_mut().zip(numbers) {
@@ -60,11 +60,6 @@ impl<S: Wide> Four<S> {
     }
 
     #[inline(always)]
-    pub(crate) fn sqrt(self) -> Self {
-        Self(self.0, self.0.sqrt_f64s(self.1))
-    }
-
-    #[inline(always)]
     pub(crate) fn abs(self) -> Self {
         Self(self.0, self.0.abs_f64s(self.1))
     }
@@ -92,20 +87,6 @@ impl<S: Wide> Four<S> {
     pub(crate) fn below(self, bound: Self, first: Self, second: Self) -> Self {
         let mask = self.0.less_than_f64s(self.1, bound.1);
         Self(self.0, self.0.select_f64s(mask, first.1, second.1))
-    }
-
-    /// Of each, the first where this is at most `bound`, and else the second.
-    #[inline(always)]
-    pub(crate) fn at_most(self, bound: f64, first: Self, second: Self) -> Self {
-        let mask = self.0.less_than_or_equal_f64s(self.1, self.0.splat_f64s(bound));
-        Self(self.0, self.0.select_f64s(mask, first.1, second.1))
-    }
-
-    /// Whether all are at most `bound`.
-    #[inline(always)]
-    pub(crate) fn all_at_most(self, bound: f64) -> bool {
-        let [a, b, c, d] = self.numbers();
-        (a <= bound) & (b <= bound) & (c <= bound) & (d <= bound)
     }
 
     /// The bits as integers, to which `added` is added and which are then shifted up by `BITS`, as numbers again.

@@ -1,97 +1,110 @@
-//! Frames and their residuals as columns: what the fit goes through again and again, many frames at once.
+//! Frames and their residuals in blocks: what the fit goes through again and again, four frames at once.
 //!
-//! A column has one number a frame, and is padded to whole fours ([`LANES`]); what is computed of the padding counts nowhere.
-
-use core::ops::Range;
+//! A block has four numbers along each axis. The last is filled up, and a column of one number a frame is padded to whole fours ([`LANES`]);
+//! what is computed of the padding counts nowhere.
 
 use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3};
 
 use super::Emission;
 use crate::demonstration::Pose;
-use crate::keyframe::pose::{Tangent, rotation_log, scales};
-use crate::vector::{Four, Kernel, LANES, Wide, all_fours, fours, padded, widest};
+use crate::keyframe::pose::{Tangent, log_scales, rotation_log};
+use crate::vector::{Four, Kernel, LANES, Wide, fours, fours_mut, padded, widest};
 
 /// Dimensions of a tangent vector.
 const AXES: usize = 6;
 
+/// A number of each of four frames, along each of some axes.
+type Block<const N: usize> = [[f64; LANES]; N];
+
 /// The poses of all frames.
 pub(super) struct Frames {
     count: usize,
-    /// x, y, z, then i, j, k, w.
-    columns: [Vec<f64>; 7],
+    positions: Vec<Block<3>>,
+    /// i, j, k, w.
+    rotations: Vec<Block<4>>,
 }
 
 impl Frames {
     pub(super) fn new<'a>(poses: impl ExactSizeIterator<Item = &'a Pose>) -> Self {
         let count = poses.len();
-        let mut columns = [(); 7].map(|()| Vec::with_capacity(padded(count)));
-        for pose in poses {
-            let numbers = pose.translation.vector.iter().chain(pose.rotation.coords.iter());
-            columns.iter_mut().zip(numbers).for_each(|(column, number)| column.push(*number));
+        let blocks = padded(count) / LANES;
+        let (mut positions, mut rotations) = (vec![Block::default(); blocks], vec![Block::default(); blocks]);
+        for (frame, pose) in poses.enumerate() {
+            // The last block is filled up with its first pose.
+            let lanes = if frame.is_multiple_of(LANES) { 0..LANES } else { frame % LANES..frame % LANES + 1 };
+            for lane in lanes {
+                let (position, rotation) = (&mut positions[frame / LANES], &mut rotations[frame / LANES]);
+                position.iter_mut().zip(&pose.translation.vector).for_each(|(axis, number)| axis[lane] = *number);
+                rotation.iter_mut().zip(&pose.rotation.coords).for_each(|(axis, number)| axis[lane] = *number);
+            }
         }
-        for column in &mut columns {
-            let last = column.last().copied().unwrap_or_default();
-            column.resize(padded(count), last);
-        }
-        Self { count, columns }
+        Self { count, positions, rotations }
     }
 
     pub(super) fn len(&self) -> usize {
         self.count
     }
 
-    /// The length of a column.
+    /// The length of a padded column.
     pub(super) fn padded(&self) -> usize {
         padded(self.count)
     }
 
-    fn positions(&self) -> [&[f64]; 3] {
-        [0, 1, 2].map(|axis| &self.columns[axis][..])
+    /// The log density of every frame under an emission, its command left out, into a padded column.
+    pub(super) fn log_densities(&self, emission: &Emission, log_densities: &mut [f64]) {
+        widest(OfFrames {
+            frames: self,
+            mean: Mean::of(&emission.mean),
+            gaussian: Gaussian::of(emission),
+            log_densities: fours_mut(log_densities),
+        });
     }
+}
 
-    fn rotations(&self) -> [&[f64]; 4] {
-        [3, 4, 5, 6].map(|axis| &self.columns[axis][..])
+/// A mean as numbers.
+struct Mean {
+    position: [f64; 3],
+    /// i, j, k, w.
+    rotation: [f64; 4],
+}
+
+impl Mean {
+    fn of(pose: &Pose) -> Self {
+        Self { position: pose.translation.vector.into(), rotation: pose.rotation.coords.into() }
     }
 }
 
 /// Tangent vectors at one mean, metres and radians, position first.
 pub(super) struct Residuals {
-    axes: [Vec<f64>; AXES],
+    blocks: Vec<Block<AXES>>,
 }
 
 impl Residuals {
-    /// Room for those of so many frames, padded.
-    pub(super) fn new(length: usize) -> Self {
-        Self { axes: [(); AXES].map(|()| vec![0.0; length]) }
+    /// Room for those of the frames.
+    pub(super) fn new(frames: &Frames) -> Self {
+        Self { blocks: vec![Block::default(); frames.positions.len()] }
     }
 
-    /// The residuals of all frames at a mean.
-    pub(super) fn measure(&mut self, frames: &Frames, mean: &Pose) {
-        self.measure_positions(frames, &mean.translation.vector);
-        self.measure_turns(frames, &mean.rotation);
+    /// The residuals of all frames at a mean; returns Σ weight · turn, of weights in a padded column.
+    pub(super) fn measure(&mut self, frames: &Frames, mean: &Pose, weights: &[f64]) -> Vector3<f64> {
+        let weights = fours(weights);
+        widest(Measure { frames, mean: Mean::of(mean), weights, residuals: &mut self.blocks }).into()
     }
 
     /// The positions' part of [`Residuals::measure`].
     pub(super) fn measure_positions(&mut self, frames: &Frames, mean: &Vector3<f64>) {
-        for ((residuals, positions), mean) in self.axes.iter_mut().zip(frames.positions()).zip(mean.iter()) {
-            widest(Subtract { positions, mean: *mean, residuals });
+        for (residuals, positions) in self.blocks.iter_mut().zip(&frames.positions) {
+            for ((residuals, positions), mean) in residuals.iter_mut().zip(positions).zip(mean.iter()) {
+                for lane in 0..LANES {
+                    residuals[lane] = positions[lane] - mean;
+                }
+            }
         }
     }
 
-    /// The rotations' part of [`Residuals::measure`].
-    pub(super) fn measure_turns(&mut self, frames: &Frames, mean: &UnitQuaternion<f64>) {
-        let [_, _, _, i, j, k] = &mut self.axes;
-        widest(Turns { rotations: frames.rotations(), mean: mean.coords.into(), turns: [i, j, k] });
-    }
-
-    /// Σ weight · r.
-    pub(super) fn weighted(&self, weights: &[f64]) -> Tangent {
-        widest(Weighted { residuals: self.columns(), weights }).into()
-    }
-
-    /// Σ weight · r rᵀ.
-    pub(super) fn scatter(&self, weights: &[f64]) -> Matrix6<f64> {
-        let entries = widest(Scatter { residuals: self.columns(), weights });
+    /// Σ weight · r and Σ weight · r rᵀ, of weights in a padded column over these blocks of it: the others have none.
+    pub(super) fn moments(&self, weights: &[f64], blocks: &[usize]) -> (Tangent, Matrix6<f64>) {
+        let (sums, entries) = widest(Moments { residuals: &self.blocks, weights: fours(weights), blocks });
         let mut scatter = Matrix6::zeros();
         let mut at = 0;
         for row in 0..AXES {
@@ -100,27 +113,16 @@ impl Residuals {
                 at += 1;
             }
         }
-        scatter
+        (sums.into(), scatter)
     }
 
-    /// The log density of every frame under an emission with this mean, its command left out.
+    /// The log density of every frame under an emission with this mean, its command left out, into a padded column.
     pub(super) fn log_densities(&self, emission: &Emission, log_densities: &mut [f64]) {
-        let gaussian = Gaussian::of(emission);
-        widest(OfResiduals { residuals: self.columns(), gaussian, log_densities });
-    }
-
-    fn columns(&self) -> [&[f64]; AXES] {
-        self.axes.each_ref().map(Vec::as_slice)
-    }
-}
-
-impl Frames {
-    /// The log density of every frame under an emission, its command left out.
-    pub(super) fn log_densities(&self, emission: &Emission, log_densities: &mut [f64]) {
-        let position = emission.mean.translation.vector.into();
-        let rotation = emission.mean.rotation.coords.into();
-        let (positions, rotations) = (self.positions(), self.rotations());
-        widest(OfFrames { positions, rotations, position, rotation, gaussian: Gaussian::of(emission), log_densities });
+        widest(OfResiduals {
+            residuals: &self.blocks,
+            gaussian: Gaussian::of(emission),
+            log_densities: fours_mut(log_densities),
+        });
     }
 }
 
@@ -165,26 +167,9 @@ impl Gaussian {
     }
 }
 
-struct Subtract<'a> {
-    positions: &'a [f64],
-    mean: f64,
-    residuals: &'a mut [f64],
-}
-
-impl Kernel for Subtract<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<S: Wide>(self, simd: S) {
-        for (residuals, positions) in self.residuals.as_chunks_mut().0.iter_mut().zip(fours(self.positions)) {
-            *residuals = (Four::new(simd, *positions) - self.mean).numbers();
-        }
-    }
-}
-
 /// [`rotation_log`] of four rotations at a mean.
 #[inline(always)]
-fn turns_of<S: Wide>(simd: S, rotations: [&[f64; LANES]; 4], mean: [f64; 4]) -> [Four<S>; 3] {
+fn turns_of<S: Wide>(simd: S, rotations: &Block<4>, mean: [f64; 4]) -> [Four<S>; 3] {
     let [i, j, k, w] = Four::all(simd, rotations);
     let [mi, mj, mk, mw] = mean;
     // The mean's conjugate times the rotation.
@@ -192,7 +177,7 @@ fn turns_of<S: Wide>(simd: S, rotations: [&[f64; LANES]; 4], mean: [f64; 4]) -> 
     let x = i * mw - w * mi - k * mj + j * mk;
     let y = j * mw + k * mi - w * mj - i * mk;
     let z = k * mw - j * mi + i * mj - w * mk;
-    let scale = scales(real.abs(), x * x + y * y + z * z);
+    let scale = log_scales(real.abs());
     if real.numbers().contains(&0.0) {
         return half_turns(simd, real, [x, y, z], scale);
     }
@@ -214,31 +199,46 @@ fn half_turns<S: Wide>(simd: S, real: Four<S>, imaginary: [Four<S>; 3], scale: F
     [x, y, z].map(|numbers| Four::new(simd, numbers))
 }
 
-struct Turns<'a> {
-    rotations: [&'a [f64]; 4],
-    mean: [f64; 4],
-    turns: [&'a mut [f64]; 3],
+/// The residuals of four frames at a mean.
+#[inline(always)]
+fn residuals_of<S: Wide>(simd: S, positions: &Block<3>, rotations: &Block<4>, mean: &Mean) -> [Four<S>; AXES] {
+    let [x, y, z] = Four::all(simd, positions);
+    let [i, j, k] = turns_of(simd, rotations, mean.rotation);
+    [x - mean.position[0], y - mean.position[1], z - mean.position[2], i, j, k]
 }
 
-impl Kernel for Turns<'_> {
-    type Output = ();
+struct Measure<'a> {
+    frames: &'a Frames,
+    mean: Mean,
+    weights: &'a [[f64; LANES]],
+    residuals: &'a mut [Block<AXES>],
+}
+
+impl Kernel for Measure<'_> {
+    type Output = [f64; 3];
 
     #[inline(always)]
-    fn run<S: Wide>(self, simd: S) {
-        let [i, j, k, w] = all_fours(self.rotations);
-        let [x, y, z] = self.turns.map(|column| column.as_chunks_mut().0);
-        let turns = x.iter_mut().zip(y).zip(z);
-        for (((i, j), (k, w)), ((x, y), z)) in i.iter().zip(j).zip(k.iter().zip(w)).zip(turns) {
-            let [a, b, c] = turns_of(simd, [i, j, k, w], self.mean);
-            (*x, *y, *z) = (a.numbers(), b.numbers(), c.numbers());
+    fn run<S: Wide>(self, simd: S) -> [f64; 3] {
+        let mut sums = [Four::splat(simd, 0.0); 3];
+        let frames = self.frames.positions.iter().zip(&self.frames.rotations);
+        for (((positions, rotations), weights), block) in frames.zip(self.weights).zip(self.residuals) {
+            let residuals = residuals_of(simd, positions, rotations, &self.mean);
+            let weights = Four::new(simd, *weights);
+            for (sum, turn) in sums.iter_mut().zip(&residuals[3..]) {
+                *sum += weights * *turn;
+            }
+            for (numbers, residuals) in block.iter_mut().zip(residuals) {
+                *numbers = residuals.numbers();
+            }
         }
+        Four::all_joined(sums)
     }
 }
 
 struct OfResiduals<'a> {
-    residuals: [&'a [f64]; AXES],
+    residuals: &'a [Block<AXES>],
     gaussian: Gaussian,
-    log_densities: &'a mut [f64],
+    log_densities: &'a mut [[f64; LANES]],
 }
 
 impl Kernel for OfResiduals<'_> {
@@ -246,22 +246,17 @@ impl Kernel for OfResiduals<'_> {
 
     #[inline(always)]
     fn run<S: Wide>(self, simd: S) {
-        let [x, y, z, i, j, k] = all_fours(self.residuals);
-        let residuals = x.iter().zip(y).zip(z).zip(i.iter().zip(j).zip(k));
-        for ((((x, y), z), ((i, j), k)), log_densities) in residuals.zip(self.log_densities.as_chunks_mut().0) {
-            let residuals = Four::all(simd, [x, y, z, i, j, k]);
-            *log_densities = self.gaussian.log_densities(simd, residuals).numbers();
+        for (residuals, log_densities) in self.residuals.iter().zip(self.log_densities) {
+            *log_densities = self.gaussian.log_densities(simd, Four::all(simd, residuals)).numbers();
         }
     }
 }
 
 struct OfFrames<'a> {
-    positions: [&'a [f64]; 3],
-    rotations: [&'a [f64]; 4],
-    position: [f64; 3],
-    rotation: [f64; 4],
+    frames: &'a Frames,
+    mean: Mean,
     gaussian: Gaussian,
-    log_densities: &'a mut [f64],
+    log_densities: &'a mut [[f64; LANES]],
 }
 
 impl Kernel for OfFrames<'_> {
@@ -269,82 +264,60 @@ impl Kernel for OfFrames<'_> {
 
     #[inline(always)]
     fn run<S: Wide>(self, simd: S) {
-        let ([x, y, z], [i, j, k, w]) = (all_fours(self.positions), all_fours(self.rotations));
-        let frames = x.iter().zip(y).zip(z).zip(i.iter().zip(j).zip(k.iter().zip(w)));
-        for ((((x, y), z), ((i, j), (k, w))), log_densities) in frames.zip(self.log_densities.as_chunks_mut().0) {
-            let [mx, my, mz] = self.position;
-            let (x, y, z) = (Four::new(simd, *x) - mx, Four::new(simd, *y) - my, Four::new(simd, *z) - mz);
-            let [i, j, k] = turns_of(simd, [i, j, k, w], self.rotation);
-            *log_densities = self.gaussian.log_densities(simd, [x, y, z, i, j, k]).numbers();
+        let frames = self.frames.positions.iter().zip(&self.frames.rotations);
+        for ((positions, rotations), log_densities) in frames.zip(self.log_densities) {
+            let residuals = residuals_of(simd, positions, rotations, &self.mean);
+            *log_densities = self.gaussian.log_densities(simd, residuals).numbers();
         }
     }
 }
 
-struct Weighted<'a> {
-    residuals: [&'a [f64]; AXES],
-    weights: &'a [f64],
+struct Moments<'a> {
+    residuals: &'a [Block<AXES>],
+    weights: &'a [[f64; LANES]],
+    blocks: &'a [usize],
 }
 
-impl Kernel for Weighted<'_> {
-    type Output = [f64; AXES];
+impl Kernel for Moments<'_> {
+    type Output = ([f64; AXES], [f64; TRIANGLE]);
 
     #[inline(always)]
-    fn run<S: Wide>(self, simd: S) -> [f64; AXES] {
-        let mut sums = [Four::splat(simd, 0.0); AXES];
-        let [x, y, z, i, j, k] = all_fours(self.residuals);
-        let residuals = x.iter().zip(y).zip(z).zip(i.iter().zip(j).zip(k));
-        for (weights, (((x, y), z), ((i, j), k))) in fours(self.weights).iter().zip(residuals) {
-            let weights = Four::new(simd, *weights);
-            for (sum, column) in sums.iter_mut().zip([x, y, z, i, j, k]) {
-                *sum += weights * Four::new(simd, *column);
-            }
-        }
-        Four::all_joined(sums)
+    fn run<S: Wide>(self, simd: S) -> ([f64; AXES], [f64; TRIANGLE]) {
+        let (mut sums, mut entries) = ([0.0; AXES], [0.0; TRIANGLE]);
+        // A third of the entries at a time: more running sums than that are not held in registers.
+        self.rows::<S, 3, 6>(simd, 0, &mut sums[..3], &mut entries[..6]);
+        self.rows::<S, 2, 9>(simd, 3, &mut sums[3..5], &mut entries[6..15]);
+        self.rows::<S, 1, 6>(simd, 5, &mut sums[5..], &mut entries[15..]);
+        (sums, entries)
     }
 }
 
-struct Scatter<'a> {
-    residuals: [&'a [f64]; AXES],
-    weights: &'a [f64],
-}
-
-impl Kernel for Scatter<'_> {
-    type Output = [f64; TRIANGLE];
-
+impl Moments<'_> {
+    /// Some rows of the lower triangle.
     #[inline(always)]
-    fn run<S: Wide>(self, simd: S) -> [f64; TRIANGLE] {
-        // Half of the entries at a time: more running sums than that are not held in registers.
-        let mut entries = [0.0; TRIANGLE];
-        let (upper, lower) = entries.split_at_mut(10);
-        upper.copy_from_slice(&self.rows::<S, 10>(simd, 0..4));
-        lower.copy_from_slice(&self.rows::<S, 11>(simd, 4..6));
-        entries
-    }
-}
-
-impl Scatter<'_> {
-    /// The entries of these rows of the lower triangle. Fours of frames without weight are left out.
-    #[inline(always)]
-    fn rows<S: Wide, const ENTRIES: usize>(&self, simd: S, rows: Range<usize>) -> [f64; ENTRIES] {
-        let mut sums = [Four::splat(simd, 0.0); ENTRIES];
-        let [x, y, z, i, j, k] = all_fours(self.residuals);
-        let residuals = x.iter().zip(y).zip(z).zip(i.iter().zip(j).zip(k));
-        for (weights, (((x, y), z), ((i, j), k))) in fours(self.weights).iter().zip(residuals) {
-            if *weights == [0.0; LANES] {
-                continue;
-            }
-            let weights = Four::new(simd, *weights);
-            let residuals = [x, y, z, i, j, k];
+    fn rows<S: Wide, const ROWS: usize, const ENTRIES: usize>(
+        &self,
+        simd: S,
+        first: usize,
+        sums: &mut [f64],
+        entries: &mut [f64],
+    ) {
+        let (mut shares, mut products) = ([Four::splat(simd, 0.0); ROWS], [Four::splat(simd, 0.0); ENTRIES]);
+        for block in self.blocks {
+            let weights = Four::new(simd, self.weights[*block]);
+            let residuals = &self.residuals[*block];
             let mut at = 0;
-            for row in rows.clone() {
-                let share = weights * Four::new(simd, *residuals[row]);
+            for (row, sum) in (first..).zip(&mut shares) {
+                let share = weights * Four::new(simd, residuals[row]);
+                *sum += share;
                 for column in &residuals[..=row] {
-                    sums[at] += share * Four::new(simd, **column);
+                    products[at] += share * Four::new(simd, *column);
                     at += 1;
                 }
             }
         }
-        Four::all_joined(sums)
+        sums.copy_from_slice(&Four::all_joined(shares));
+        entries.copy_from_slice(&Four::all_joined(products));
     }
 }
 
@@ -379,8 +352,8 @@ mod tests {
             let mut weights = vec![0.0; frames.padded()];
             let share = |frame: usize| if frame.is_multiple_of(3) || frame / 4 == 2 { 0.0 } else { draw(0.5) + 0.5 };
             weights[..count].iter_mut().zip((0..count).map(share)).for_each(|(weight, share)| *weight = share);
-            let mut residuals = Residuals::new(frames.padded());
-            residuals.measure(&frames, &mean);
+            let mut residuals = Residuals::new(&frames);
+            let turned = residuals.measure(&frames, &mean, &weights);
             let covariance =
                 Matrix6::from_fn(|row, column| if row == column { 3.0 } else { 0.3 + 0.1 * (row + column) as f64 });
             let emission = Emission::new(mean, covariance, Matrix6::zeros(), None).unwrap();
@@ -396,8 +369,11 @@ mod tests {
                 sum += residual * weights[frame];
                 scatter += residual * residual.transpose() * weights[frame];
             }
-            assert!((residuals.weighted(&weights) - sum).norm() <= 1e-13 * (1.0 + spread));
-            assert!((residuals.scatter(&weights) - scatter).norm() <= 1e-12 * (1.0 + scatter.norm()));
+            let blocks: Vec<usize> = (0..frames.padded() / LANES).filter(|block| *block != 2).collect();
+            let found = residuals.moments(&weights, &blocks);
+            assert!((found.0 - sum).norm() <= 1e-13 * (1.0 + sum.norm()));
+            assert!((turned - sum.fixed_rows::<3>(3)).norm() <= 1e-13 * (1.0 + sum.norm()));
+            assert!((found.1 - scatter).norm() <= 1e-12 * (1.0 + scatter.norm()));
         }
     }
 
@@ -411,10 +387,10 @@ mod tests {
         };
         let poses = rotations.map(pose);
         let frames = Frames::new(poses.iter());
-        let mut residuals = Residuals::new(frames.padded());
-        residuals.measure(&frames, &Pose::identity());
+        let mut residuals = Residuals::new(&frames);
+        residuals.measure(&frames, &Pose::identity(), &[0.0; LANES]);
         for (frame, pose) in poses.iter().enumerate() {
-            let found = Vector3::from_fn(|axis, _| residuals.axes[3 + axis][frame]);
+            let found = Vector3::from_fn(|axis, _| residuals.blocks[frame / LANES][3 + axis][frame % LANES]);
             assert_eq!(found, rotation_log(&pose.rotation));
         }
     }

@@ -1,7 +1,5 @@
 //! The emission of a hidden state: a Gaussian over poses and a gripper command.
 
-use core::f64::consts::PI;
-
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use rand::Rng;
 use serde::{Deserialize, Serialize};
@@ -15,6 +13,8 @@ use crate::random::standard_normal;
 
 /// Number of dimensions of a pose's tangent space.
 const DIMENSIONS: f64 = 6.0;
+/// log 2π.
+const LOG_TWO_PI: f64 = 1.837_877_066_409_345_5;
 
 /// What a hidden state emits at one step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -57,9 +57,24 @@ impl Emission {
         scatter: Matrix6<f64>,
         gripper: Option<GripperEmission>,
     ) -> Result<Self, HmmError> {
-        let (whitening, log_determinant) = whiten(&covariance).ok_or(HmmError::NotPositiveDefinite)?;
-        let log_normaliser = -0.5 * (DIMENSIONS * libm::log(2.0 * PI) + log_determinant);
-        Ok(Self { mean, covariance, scatter, gripper, whitening, log_normaliser })
+        let zero = Matrix6::zeros();
+        let mut emission =
+            Self { mean, covariance: zero, scatter: zero, gripper, whitening: zero, log_normaliser: f64::NAN };
+        emission.set(mean, &Covariance::new(covariance)?, scatter, gripper);
+        Ok(emission)
+    }
+
+    /// Becomes the emission of this mean and covariance.
+    pub(super) fn set(
+        &mut self,
+        mean: Pose,
+        covariance: &Covariance,
+        scatter: Matrix6<f64>,
+        gripper: Option<GripperEmission>,
+    ) {
+        (self.mean, self.covariance, self.scatter, self.gripper) = (mean, covariance.matrix, scatter, gripper);
+        self.whitening = inverted(&covariance.factor);
+        self.log_normaliser = -0.5 * (DIMENSIONS * LOG_TWO_PI + covariance.log_determinant);
     }
 
     /// The most probable kind of command, with its mean value; none where the data had none.
@@ -128,7 +143,7 @@ impl Emission {
 
     /// log |Σ|.
     pub(super) fn log_determinant(&self) -> f64 {
-        -2.0 * self.log_normaliser - DIMENSIONS * libm::log(2.0 * PI)
+        -2.0 * self.log_normaliser - DIMENSIONS * LOG_TWO_PI
     }
 }
 
@@ -193,37 +208,59 @@ fn rotation(vector: &Vector3<f64>) -> Matrix3<f64> {
     rotation_exp(vector).to_rotation_matrix().into_inner()
 }
 
-/// The inverse of the Cholesky factor of a positive definite matrix, and the log of its determinant.
-fn whiten(covariance: &Matrix6<f64>) -> Option<(Matrix6<f64>, f64)> {
-    let mut factor = Matrix6::zeros();
-    let mut log_determinant = 0.0;
-    for column in 0..6 {
-        for row in column..6 {
-            let mut value = covariance[(row, column)];
-            for k in 0..column {
-                value -= factor[(row, k)] * factor[(column, k)];
-            }
-            if row > column {
-                factor[(row, column)] = value / factor[(column, column)];
-            } else if value.is_finite() && value > 0.0 {
-                factor[(row, column)] = libm::sqrt(value);
-                log_determinant += libm::log(value);
-            } else {
-                return None;
+/// A positive definite matrix.
+pub(super) struct Covariance {
+    matrix: Matrix6<f64>,
+    /// Its lower Cholesky factor.
+    factor: Matrix6<f64>,
+    pub(super) log_determinant: f64,
+}
+
+impl Covariance {
+    /// # Errors
+    /// [`HmmError::NotPositiveDefinite`] where it is not.
+    pub(super) fn new(matrix: Matrix6<f64>) -> Result<Self, HmmError> {
+        let mut factor = Matrix6::zeros();
+        let mut pivots = [0.0; 6];
+        for column in 0..6 {
+            for row in column..6 {
+                let mut value = matrix[(row, column)];
+                for k in 0..column {
+                    value -= factor[(row, k)] * factor[(column, k)];
+                }
+                if row > column {
+                    factor[(row, column)] = value / factor[(column, column)];
+                } else if value.is_finite() && value > 0.0 {
+                    factor[(row, column)] = libm::sqrt(value);
+                    pivots[column] = value;
+                } else {
+                    return Err(HmmError::NotPositiveDefinite);
+                }
             }
         }
+        // One logarithm of their product, unless that is beyond what a number holds.
+        let times = |product: f64, pivot: &f64| Some(product * pivot).filter(|next| next.is_normal());
+        let product = pivots.iter().try_fold(1.0, times);
+        let log_determinant = product.map_or_else(|| pivots.iter().map(|pivot| libm::log(*pivot)).sum(), libm::log);
+        Ok(Self { matrix, factor, log_determinant })
     }
+}
+
+/// The inverse of a lower triangular matrix.
+fn inverted(factor: &Matrix6<f64>) -> Matrix6<f64> {
     let mut inverse = Matrix6::zeros();
-    for column in 0..6 {
-        for row in column..6 {
-            let mut value = if row == column { 1.0 } else { 0.0 };
+    for row in 0..6 {
+        let pivot = 1.0 / factor[(row, row)];
+        for column in 0..row {
+            let mut value = 0.0;
             for k in column..row {
                 value -= factor[(row, k)] * inverse[(k, column)];
             }
-            inverse[(row, column)] = value / factor[(row, row)];
+            inverse[(row, column)] = value * pivot;
         }
+        inverse[(row, row)] = pivot;
     }
-    Some((inverse, log_determinant))
+    inverse
 }
 
 /// What is written of an emission: all but what follows from it.

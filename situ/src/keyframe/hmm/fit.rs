@@ -3,12 +3,13 @@
 use nalgebra::{Matrix6, Translation3, Vector3};
 
 use super::columns::{Frames, Residuals, mean_step};
+use super::emission::Covariance;
 use super::inference::Recursion;
 use super::transition::{farthest, last_start, proportions};
 use super::{Emission, GripperEmission, Hmm, HmmError, HmmParameters, Observation};
 use crate::demonstration::{Gripper, Pose};
-use crate::keyframe::pose::{MEAN_STEPS, MEAN_TOLERANCE, karcher_mean, turn};
-use crate::vector::sum;
+use crate::keyframe::pose::{MEAN_STEPS, MEAN_TOLERANCE, dominant_rotation, turn};
+use crate::vector::{LANES, fours_mut, sum};
 
 /// A state with no more expected frames than this keeps the parameters it had.
 const EMPTY_STATE: f64 = 1e-12;
@@ -61,6 +62,8 @@ struct Workspace {
     tried: Residuals,
     /// Every frame's share of one state, 0 where it does not count; padded.
     weights: Vec<f64>,
+    /// The fours of frames among which one counts.
+    weighty: Vec<usize>,
 }
 
 impl Hmm {
@@ -105,7 +108,7 @@ impl Hmm {
         }
         let mut workspace = Workspace::new(sequences, k, parameters)?;
         for (residuals, emission) in workspace.residuals.iter_mut().zip(&self.emissions) {
-            residuals.measure(&workspace.frames, &emission.mean);
+            residuals.measure(&workspace.frames, &emission.mean, &workspace.weights);
         }
         workspace.climb(self.clone(), parameters)
     }
@@ -132,16 +135,9 @@ fn blank(states: usize, workspace: &Workspace, parameters: &HmmParameters) -> Re
     Ok(hmm)
 }
 
-/// The emission with the best covariance for a mean, from the weighted scatter about it.
-fn best_emission(
-    mean: Pose,
-    scatter: &Matrix6<f64>,
-    total: f64,
-    gripper: Option<GripperEmission>,
-    parameters: &HmmParameters,
-) -> Result<Emission, HmmError> {
-    let covariance = (scatter + prior(parameters) * parameters.prior_weight) / (total + parameters.prior_weight);
-    Emission::new(mean, covariance, scatter / total, gripper)
+/// The best covariance for a mean, from the weighted scatter about it.
+fn best_covariance(scatter: &Matrix6<f64>, total: f64, parameters: &HmmParameters) -> Result<Covariance, HmmError> {
+    Covariance::new((scatter + prior(parameters) * parameters.prior_weight) / (total + parameters.prior_weight))
 }
 
 /// S₀.
@@ -175,12 +171,12 @@ impl Workspace {
             starts.push(poses.len());
         }
         let frames = Frames::new(poses.iter());
-        let room = || Residuals::new(frames.padded());
         Ok(Self {
             recursion: Recursion::new(starts, states).with_room_for_all(),
-            residuals: (0..states).map(|_| room()).collect(),
-            tried: room(),
+            residuals: (0..states).map(|_| Residuals::new(&frames)).collect(),
+            tried: Residuals::new(&frames),
             weights: vec![0.0; frames.padded()],
+            weighty: Vec::with_capacity(frames.padded() / LANES),
             poses,
             frames,
             grippers,
@@ -230,7 +226,7 @@ impl Workspace {
                 let occupancy = (0..hmm.states()).map(of).collect();
                 return Ok(Fit { hmm, iterations, converged: rests, log_likelihoods, objectives, occupancy });
             }
-            self.maximise(&mut hmm, parameters)?;
+            self.maximise::<true>(&mut hmm, parameters)?;
             iterations += 1;
         }
     }
@@ -251,59 +247,58 @@ impl Workspace {
 
     /// The first M step: of shares that no model made, with means that are no guess.
     fn begin(&mut self, hmm: &mut Hmm, parameters: &HmmParameters) -> Result<(), HmmError> {
-        self.maximise_chain(hmm, parameters);
         for (state, emission) in hmm.emissions.iter_mut().enumerate() {
-            let Some(total) = self.gather(state) else { continue };
-            let gripper = self.gripper(emission.gripper, parameters);
-            let mean = karcher_mean(&self.poses, &self.weights);
-            let residuals = &mut self.residuals[state];
-            residuals.measure(&self.frames, &mean);
-            *emission = best_emission(mean, &residuals.scatter(&self.weights), total, gripper, parameters)?;
+            if self.gather(state).is_some() {
+                let rotation = dominant_rotation(&self.poses, &self.weights);
+                emission.mean = Pose::from_parts(Translation3::identity(), rotation);
+                self.residuals[state].measure(&self.frames, &emission.mean, &self.weights);
+            }
         }
-        Ok(())
+        self.maximise::<false>(hmm, parameters)
     }
 
-    /// The M step.
-    fn maximise(&mut self, hmm: &mut Hmm, parameters: &HmmParameters) -> Result<(), HmmError> {
+    /// The M step. Where the means are a `GUESS`, one that is better than the next stays.
+    fn maximise<const GUESS: bool>(&mut self, hmm: &mut Hmm, parameters: &HmmParameters) -> Result<(), HmmError> {
         self.maximise_chain(hmm, parameters);
         for (state, emission) in hmm.emissions.iter_mut().enumerate() {
             let Some(total) = self.gather(state) else { continue };
             let gripper = self.gripper(emission.gripper, parameters);
             let residuals = &mut self.residuals[state];
-            let sum = residuals.weighted(&self.weights) / total;
-            let position = emission.mean.translation.vector + sum.fixed_rows::<3>(0);
-            let moved = |rotation| Pose::from_parts(Translation3::from(position), rotation);
-            let about_present = residuals.scatter(&self.weights);
-            let turns = about_present.fixed_view::<3, 3>(3, 3) / total;
-            let mut step = mean_step(&sum.fixed_rows::<3>(3).into(), &turns);
+            let (sum, about_guess) = residuals.moments(&self.weights, &self.weighty);
+            let position = emission.mean.translation.vector + sum.fixed_rows::<3>(0) / total;
+            let turns = about_guess.fixed_view::<3, 3>(3, 3) / total;
+            let step = |sum: Vector3<f64>| mean_step(&(sum / total), &turns);
             let comes_to_rest = |step: &Vector3<f64>| step.dot(step) < MEAN_TOLERANCE * MEAN_TOLERANCE;
-            if comes_to_rest(&step) {
-                let mean = moved(emission.mean.rotation);
-                residuals.measure_positions(&self.frames, &position);
-                *emission = best_emission(mean, &residuals.scatter(&self.weights), total, gripper, parameters)?;
-                continue;
-            }
-            let mut rotation = emission.mean.rotation;
+            let mut mean = Pose::from_parts(Translation3::from(position), emission.mean.rotation);
+            let mut next = step(sum.fixed_rows::<3>(3).into());
+            let mut turned = false;
             for _ in 0..MEAN_STEPS {
-                rotation = turn(&rotation, &step);
-                self.tried.measure_turns(&self.frames, &rotation);
-                let sum = self.tried.weighted(&self.weights) / total;
-                step = mean_step(&sum.fixed_rows::<3>(3).into(), &turns);
-                if comes_to_rest(&step) {
+                if comes_to_rest(&next) {
                     break;
                 }
+                mean.rotation = turn(&mean.rotation, &next);
+                next = step(self.tried.measure(&self.frames, &mean, &self.weights));
+                turned = true;
             }
-            self.tried.measure_positions(&self.frames, &position);
-            let scatter = self.tried.scatter(&self.weights);
-            let moved = best_emission(moved(rotation), &scatter, total, gripper, parameters)?;
-            let stayed = best_emission(emission.mean, &about_present, total, gripper, parameters)?;
-            // With the best covariance for each mean, the objective is lower where the determinant is greater.
-            *emission = if stayed.log_determinant() < moved.log_determinant() - ROUNDING {
-                stayed
-            } else {
+            if !turned {
+                residuals.measure_positions(&self.frames, &position);
+            }
+            let at_next = if turned { &self.tried } else { &*residuals };
+            let about_next = at_next.moments(&self.weights, &self.weighty).1;
+            let best = |scatter: &Matrix6<f64>| best_covariance(scatter, total, parameters);
+            let covariance = best(&about_next)?;
+            if turned && GUESS {
+                // With the best covariance for each mean, the objective is lower where the determinant is greater.
+                let stayed = best(&about_guess)?;
+                if stayed.log_determinant < covariance.log_determinant - ROUNDING {
+                    emission.set(emission.mean, &stayed, about_guess / total, gripper);
+                    continue;
+                }
+            }
+            if turned {
                 core::mem::swap(residuals, &mut self.tried);
-                moved
-            };
+            }
+            emission.set(mean, &covariance, about_next / total, gripper);
         }
         Ok(())
     }
@@ -316,8 +311,14 @@ impl Workspace {
             return None;
         }
         let negligible = NEGLIGIBLE_SHARE * total;
-        for weight in &mut self.weights {
-            *weight = if *weight > negligible { *weight } else { 0.0 };
+        self.weighty.clear();
+        for (block, weights) in fours_mut(&mut self.weights).iter_mut().enumerate() {
+            for weight in weights.iter_mut() {
+                *weight = if *weight > negligible { *weight } else { 0.0 };
+            }
+            if *weights != [0.0; LANES] {
+                self.weighty.push(block);
+            }
         }
         Some(total)
     }
