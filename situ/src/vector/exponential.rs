@@ -15,19 +15,12 @@ const LOG_2: [f64; 2] = [6.931_471_803_691_238e-1, 1.908_214_929_270_587_7e-10];
 /// The exponent of 1 as it is stored, and the bits below an exponent.
 const BIAS: u64 = 1023;
 const MANTISSA_BITS: i32 = 52;
-/// 1/n!: of e^r, |r| ≤ ½ log 2, the terms that are above the rounding error, and two of its size.
-const INVERSE_FACTORIALS: [[f64; 4]; 4] = inverse_factorials();
-
-const fn inverse_factorials() -> [[f64; 4]; 4] {
-    let mut terms = [[1.0; 4]; 4];
-    let (mut n, mut factorial) = (1, 1.0);
-    while n < 16 {
-        factorial *= n as f64;
-        terms[n / 4][n % 4] = 1.0 / factorial;
-        n += 1;
-    }
-    terms
-}
+/// e^r for |r| ≤ ½ log 2, as a polynomial. By Chebyshev interpolation (mpmath 1.4.1, `chebyfit` with 12 terms), 3·10⁻¹⁸ off at most.
+const EXPONENTIAL: [[f64; 4]; 3] = [
+    [1.0, 1.0, 0.500_000_000_000_001_9, 0.166_666_666_666_666_8],
+    [0.041_666_666_666_488_09, 0.008_333_333_333_319_601, 0.001_388_888_895_231_513_7, 0.000_198_412_698_900_473_92],
+    [2.480_148_548_193_976_3e-5, 2.755_724_091_828_004_7e-6, 2.763_263_978_288_121e-7, 2.511_003_771_657_357_8e-8],
+];
 
 /// e^x to two units in the last place; 0 below −708, where that is next to nothing. Infinite above 709.4.
 #[inline(always)]
@@ -37,7 +30,7 @@ pub(crate) fn exp<S: Wide>(simd: S, x: Four<S>) -> Four<S> {
     let shifted = within * LOG2_E + SHIFT;
     let n = shifted - SHIFT;
     let r = (within - n * LOG_2[0]) - n * LOG_2[1];
-    let value = polynomial(r, &INVERSE_FACTORIALS) * shifted.shifted_bits::<MANTISSA_BITS>(BIAS);
+    let value = polynomial(r, &EXPONENTIAL) * shifted.shifted_bits::<MANTISSA_BITS>(BIAS);
     let value = x.below(Four::splat(simd, LEAST), Four::splat(simd, 0.0), value);
     Four::splat(simd, GREATEST).below(x, Four::splat(simd, f64::INFINITY), value)
 }

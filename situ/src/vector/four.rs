@@ -89,6 +89,13 @@ impl<S: Wide> Four<S> {
         Self(self.0, self.0.select_f64s(mask, first.1, second.1))
     }
 
+    /// Whether one of them is 0.
+    #[inline(always)]
+    pub(crate) fn has_zero(self) -> bool {
+        let simd = self.0;
+        simd.first_true_m64s(simd.equal_f64s(self.1, simd.splat_f64s(0.0))) < LANES
+    }
+
     /// The bits as integers, to which `added` is added and which are then shifted up by `BITS`, as numbers again.
     #[inline(always)]
     pub(crate) fn shifted_bits<const BITS: i32>(self, added: u64) -> Self {

@@ -178,7 +178,7 @@ fn turns_of<S: Wide>(simd: S, rotations: &Block<4>, mean: [f64; 4]) -> [Four<S>;
     let y = j * mw + k * mi - w * mj - i * mk;
     let z = k * mw - j * mi + i * mj - w * mk;
     let scale = log_scales(real.abs());
-    if real.numbers().contains(&0.0) {
+    if real.has_zero() {
         return half_turns(simd, real, [x, y, z], scale);
     }
     let scale = scale.with_signs_of(real);
