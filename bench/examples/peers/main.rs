@@ -1,8 +1,10 @@
-//! The Rust side of `bench/peers/peers.py`, which times other libraries beside these kernels on the same numbers.
+//! Our side of `bench/peers/peers.py`, which times other libraries beside these kernels on the same numbers.
 //!
 //! `peers QUESTION.json SECONDS` runs the kernel that the question names until its timed runs took that many seconds
 //! together, at least three times after one that is not timed, and writes what it computed and the nanoseconds of each
 //! timed run to standard output as JSON. Reading the numbers and making poses of them is not timed.
+
+mod peak;
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -17,6 +19,8 @@ use situ::keyframe::hmm::{Emission, Hmm, HmmParameters, Observation};
 use situ::keyframe::logistic::{self, LogisticFit, LogisticParameters, Targets};
 use situ::keyframe::pose::{Tangent, exp, log};
 use situ_bench::cost::timed;
+
+use peak::Peak;
 
 /// A pose as the script has it: metres, then the rotation vector in radians.
 type Frame = [f64; 6];
@@ -56,6 +60,8 @@ enum Question {
     Regress { rows: Vec<Vec<f64>>, labels: Vec<bool>, ridge: f64, tolerance: f64 },
     /// The log odds of one row under every classifier.
     Screen { weights: Vec<Vec<f64>>, intercepts: Vec<f64>, row: Vec<f64> },
+    /// The additions and multiplications that the core does in a run that does nothing else.
+    Peak { fused: bool },
 }
 
 #[derive(Serialize)]
@@ -129,6 +135,10 @@ fn answer(question: Question, seconds: f64) -> Outcome<(Values, Vec<f64>)> {
                 Ok::<_, Box<dyn Error>>(())
             })?;
             Ok((Values::from([("log_odds", odds)]), nanoseconds))
+        }
+        Question::Peak { fused } => {
+            let (operations, nanoseconds) = measured(seconds, || Ok::<_, Box<dyn Error>>(Peak { fused }.run()))?;
+            Ok((Values::from([("operations", vec![operations])]), nanoseconds))
         }
     }
 }
