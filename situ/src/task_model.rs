@@ -221,7 +221,9 @@ impl<L: Learner> TaskModel<L> {
     /// `{ z_j ∈ T | c_j(s) = 1 }` (A1.6): the primitives whose classifier is activated, in the order of their ids.
     pub fn applicable(&self, state: &State, counters: &mut Counters) -> Vec<NodeId> {
         counters.classifier_evaluations += self.nodes.len() as u64;
-        self.screen.passing(state).filter(|id| self.nodes[id].classifier.is_applicable(state)).collect()
+        let mut passing = self.screen.passing(state);
+        passing.retain(|id| self.nodes[id].classifier.is_applicable(state));
+        passing
     }
 
     /// The distances between the policies of these nodes, in ascending order of their ids: (0,1), (0,2), …, (1,2), … Those of pairs whose

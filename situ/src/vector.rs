@@ -1,14 +1,16 @@
 //! Kernels on the widest vectors of the processor, with the same bits on any.
 //!
 //! A processor's vectors are known at run time alone. [`widest`] runs a [`Kernel`] that was compiled for each kind, and what it computes is
-//! the same on all: numbers come in fours ([`Four`]), nothing here fuses a product with a sum, and a sum is of four running sums, joined in a
-//! fixed order.
+//! the same on all: nothing here fuses a product with a sum, and a sum has a fixed number of running sums, joined in a fixed order. A kernel
+//! has its numbers in fours ([`Four`]); or it is of plain loops over eights, which the compiler turns into vector instructions ([`loops!`]).
 
 mod exponential;
 mod four;
+mod logarithm;
 
 pub(crate) use exponential::exp;
 pub(crate) use four::{Four, Wide, polynomial};
+pub(crate) use logarithm::log_1p;
 
 #[cfg(target_arch = "x86_64")]
 use std::sync::LazyLock;
@@ -17,8 +19,10 @@ use pulp::Scalar256b;
 #[cfg(target_arch = "x86_64")]
 use pulp::{NullaryFnOnce, x86::V3};
 
-/// Numbers that are gone through at once, and what columns are padded to.
+/// Numbers of a [`Four`].
 pub(crate) const LANES: usize = 4;
+/// Numbers that plain loops go through at once.
+pub(crate) const EIGHT: usize = 8;
 
 /// Loops to be run, with what they run over.
 pub(crate) trait Kernel {
@@ -54,7 +58,32 @@ pub(crate) fn widest<K: Kernel>(kernel: K) -> K::Output {
     kernel.run(Scalar256b)
 }
 
-/// Numbers in fours: those of a padded column.
+/// A kernel of plain loops, and its arguments.
+pub(crate) struct Plain<K, A>(pub(crate) K, pub(crate) A);
+
+impl<A, R, K: Fn(A) -> R> Kernel for Plain<K, A> {
+    type Output = R;
+
+    #[inline(always)]
+    fn run<S: Wide>(self, _: S) -> R {
+        (self.0)(self.1)
+    }
+}
+
+/// [`widest`] of a function of plain loops, marked `#[inline(always)]`. A function handed over as a value would be called through a shim that
+/// was compiled for any processor: hence a macro.
+macro_rules! loops {
+    ($kernel:path, $arguments:expr) => {
+        $crate::vector::widest($crate::vector::Plain(
+            #[inline(always)]
+            |arguments| $kernel(arguments),
+            $arguments,
+        ))
+    };
+}
+pub(crate) use loops;
+
+/// The fours of a column that is filled up to them.
 #[inline(always)]
 pub(crate) fn fours(column: &[f64]) -> &[[f64; LANES]] {
     column.as_chunks().0
@@ -66,12 +95,14 @@ pub(crate) fn fours_mut(column: &mut [f64]) -> &mut [[f64; LANES]] {
     column.as_chunks_mut().0
 }
 
-/// The length of a column of so many numbers, padded.
-pub(crate) const fn padded(length: usize) -> usize {
-    length.next_multiple_of(LANES)
+/// The sum of eight running sums.
+#[inline(always)]
+pub(crate) fn joined(sums: [f64; EIGHT]) -> f64 {
+    let [a, b, c, d, e, f, g, h] = sums;
+    ((a + e) + (c + g)) + ((b + f) + (d + h))
 }
 
-/// The sum of a padded column.
+/// The sum of a column in fours.
 pub(crate) fn sum(column: &[f64]) -> f64 {
     let mut sums = [0.0; LANES];
     for four in fours(column) {

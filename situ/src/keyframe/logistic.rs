@@ -6,15 +6,20 @@
 //! smaller; both find the same minimum. The targets of `true` and `false` are inside (0, 1): with few samples the classes can
 //! always be separated, and plain maximum likelihood would diverge.
 
-pub(crate) mod cholesky;
+mod blocks;
 mod dual;
+mod factor;
 mod primal;
 mod problem;
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use blocks::Blocks;
+use primal::Point;
 use problem::Problem;
+
+use crate::vector::EIGHT;
 
 /// What a label is regressed on (decision D2c).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -158,7 +163,8 @@ pub fn fit(
     same("labels", labels.len(), rows.len())?;
     for (sample, row) in rows.iter().enumerate() {
         same("a row", row.len(), dimension)?;
-        if let Some(feature) = row.iter().position(|value| !value.is_finite()) {
+        if !row.iter().fold(true, |finite, value| finite & value.is_finite()) {
+            let feature = row.iter().position(|value| !value.is_finite()).unwrap_or_default();
             return Err(LogisticError::NotFinite { sample, feature });
         }
     }
@@ -171,7 +177,7 @@ pub fn fit(
         }
     }
     let (targets, shares) = parameters.targets_and_shares(labels);
-    let problem = Problem { rows, targets: &targets, shares: &shares, ridge: parameters.ridge };
+    let problem = Problem { rows, dimension, targets: &targets, shares: &shares, ridge: parameters.ridge };
     let dual = match parameters.path {
         Path::Auto => rows.len() < dimension,
         Path::Primal => false,
@@ -189,9 +195,9 @@ pub fn objective(
     intercept: f64,
 ) -> (f64, Vec<f64>) {
     let (targets, shares) = parameters.targets_and_shares(labels);
-    let problem = Problem { rows, targets: &targets, shares: &shares, ridge: parameters.ridge };
-    let odds = problem.log_odds(weights, intercept);
-    (problem.objective(&odds, dot(weights, weights)), problem.gradient(weights, &odds))
+    let dimension = weights.len();
+    let problem = Problem { rows, dimension, targets: &targets, shares: &shares, ridge: parameters.ridge };
+    Point::at(&problem, &Blocks::panels(rows, dimension), weights, intercept).value_and_gradient(&problem)
 }
 
 impl LogisticParameters {
@@ -211,7 +217,7 @@ impl LogisticParameters {
         }
     }
 
-    /// Target t_i and share s_i of each sample; the shares sum to 1.
+    /// Target t_i and share s_i of each sample, padded with zeros; the shares sum to 1.
     fn targets_and_shares(&self, labels: &[bool]) -> (Vec<f64>, Vec<f64>) {
         let positives = labels.iter().filter(|label| **label).count();
         let negatives = labels.len() - positives;
@@ -222,12 +228,16 @@ impl LogisticParameters {
         let share = |own: usize, other: usize| {
             if self.balanced && other > 0 { 0.5 / own as f64 } else { 1.0 / labels.len() as f64 }
         };
-        let targets = labels.iter().map(|label| if *label { high } else { low }).collect();
-        let shares = labels
-            .iter()
-            .map(|label| if *label { share(positives, negatives) } else { share(negatives, positives) })
-            .collect();
-        (targets, shares)
+        let (positive, negative) = (share(positives, negatives), share(negatives, positives));
+        let of_each = |positive, negative| {
+            let mut numbers = vec![0.0; labels.len().next_multiple_of(EIGHT)];
+            numbers
+                .iter_mut()
+                .zip(labels)
+                .for_each(|(number, label)| *number = if *label { positive } else { negative });
+            numbers
+        };
+        (of_each(high, low), of_each(positive, negative))
     }
 }
 

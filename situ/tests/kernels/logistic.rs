@@ -118,6 +118,36 @@ proptest! {
     }
 }
 
+/// Shapes about the sizes that the matrices are cut into, against sums written out.
+#[test]
+fn any_number_of_samples_and_features_has_its_minimum() {
+    for (n, d) in [(7, 7), (8, 8), (9, 15), (63, 16), (64, 17), (65, 24), (130, 3), (200, 12), (70, 90), (129, 131)] {
+        let noise = |at: usize| 4.0 * (1e4 * f64::sin(at as f64)).fract();
+        let rows: Vec<Vec<f64>> = (0..n).map(|row| (0..d).map(|at| noise(1 + row * d + at)).collect()).collect();
+        let labels: Vec<bool> = rows.iter().enumerate().map(|(at, row)| row[0] + noise(at) > 0.5).collect();
+        let parameters = LogisticParameters {
+            ridge: 0.05,
+            balanced: false,
+            targets: Targets::Fixed { positive: 0.9, negative: 0.2 },
+            tolerance: 1e-12,
+            ..LogisticParameters::default()
+        };
+        for path in [Path::Primal, Path::Dual] {
+            let found = fit(&slices(&rows), &labels, &LogisticParameters { path, ..parameters }, None).expect("fits");
+            assert!(found.converged, "{n} × {d}, {path:?}");
+            let mut gradient: Vec<f64> = found.weights.iter().map(|weight| parameters.ridge * weight).collect();
+            gradient.push(0.0);
+            for (row, label) in rows.iter().zip(&labels) {
+                let odds = found.intercept + row.iter().zip(&found.weights).map(|(x, weight)| x * weight).sum::<f64>();
+                let residual = (1.0 / (1.0 + (-odds).exp()) - if *label { 0.9 } else { 0.2 }) / n as f64;
+                gradient.iter_mut().zip(row.iter().chain([&1.0])).for_each(|(sum, x)| *sum += residual * x);
+            }
+            let steepest = gradient.iter().fold(0.0, |most: f64, part| most.max(part.abs()));
+            assert!(steepest < 1e-11, "{n} × {d}, {path:?}: {steepest}");
+        }
+    }
+}
+
 /// The intercept is not penalised: with one class only, the target is reached exactly and no weight is needed.
 #[test]
 fn one_class_alone_gives_its_target() {

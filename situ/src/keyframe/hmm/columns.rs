@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3};
 use super::Emission;
 use crate::demonstration::Pose;
 use crate::keyframe::pose::{Tangent, log_scales, rotation_log};
-use crate::vector::{Four, Kernel, LANES, Wide, fours, fours_mut, padded, widest};
+use crate::vector::{Four, Kernel, LANES, Wide, fours, fours_mut, widest};
 
 /// Dimensions of a tangent vector.
 const AXES: usize = 6;
@@ -27,7 +27,7 @@ pub(super) struct Frames {
 impl Frames {
     pub(super) fn new<'a>(poses: impl ExactSizeIterator<Item = &'a Pose>) -> Self {
         let count = poses.len();
-        let blocks = padded(count) / LANES;
+        let blocks = count.div_ceil(LANES);
         let (mut positions, mut rotations) = (vec![Block::default(); blocks], vec![Block::default(); blocks]);
         for (frame, pose) in poses.enumerate() {
             // The last block is filled up with its first pose.
@@ -47,7 +47,7 @@ impl Frames {
 
     /// The length of a padded column.
     pub(super) fn padded(&self) -> usize {
-        padded(self.count)
+        self.count.next_multiple_of(LANES)
     }
 
     /// The log density of every frame under an emission, its command left out, into a padded column.

@@ -11,7 +11,7 @@ mod left_to_right;
 mod wide;
 
 use super::{EmissionDensity, Hmm};
-use crate::vector::{Four, Kernel, LANES, Wide, exp, fours, padded, widest};
+use crate::vector::{Four, Kernel, LANES, Wide, exp, fours, widest};
 
 use general::GeneralChain;
 use left_to_right::{Batch, Chain, GoThrough, LEAST, Lanes, Rows, TOGETHER};
@@ -35,7 +35,8 @@ pub(super) struct Cells {
 
 impl Cells {
     fn new(frames: usize, states: usize) -> Self {
-        Self { columns: vec![0.0; padded(frames) * states], length: padded(frames) }
+        let length = frames.next_multiple_of(LANES);
+        Self { columns: vec![0.0; length * states], length }
     }
 
     /// The number of a frame in a state.
@@ -109,7 +110,7 @@ impl Recursion {
         Self {
             states,
             log_densities: Cells::new(frames, states),
-            scales: vec![0.0; padded(frames)],
+            scales: vec![0.0; frames.next_multiple_of(LANES)],
             chain: Chain::new(states),
             rows: Rows::new(rows, states),
             likelihoods: vec![[0.0; TOGETHER]; batches.len()],

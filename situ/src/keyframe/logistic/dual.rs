@@ -1,12 +1,17 @@
 //! Newton's method in the samples' dimension.
 //!
-//! Weights are kept as w = c w₀ + Xᵀ α, w₀ those of the start, c = 1 and α = 0 at first; a full step brings c to 0, for at the
-//! minimum w = −Xᵀ r / λ. With G = X Xᵀ and u = X w₀ nothing in a step but the gradient has the features' dimension.
+//! Weights are w = c w₀ + Xᵀ α, w₀ those of the start, c = 1 and α = 0 at first; a full step brings c to 0, for at the
+//! minimum w = −Xᵀ r / λ. With G = X Xᵀ and u = X w₀ a step is found without the features' dimension. What it leads to is
+//! seen from the weights all the same: with features of a thousand G α is a small sum of large terms, and where its rounding
+//! is more than what is left to gain, no step is good enough.
 
-use super::problem::{Problem, along, search};
-use super::{LogisticError, LogisticFit, LogisticParameters, cholesky, dot};
+use super::blocks::{Blocks, PANEL, add_transposed, scaled, times, times_each};
+use super::factor::Factor;
+use super::problem::{Problem, Slopes, along, product, search, steepest};
+use super::{LogisticError, LogisticFit, LogisticParameters};
+use crate::vector::{EIGHT, Four, Kernel, Wide, loops, sum, widest};
 
-/// Where the descent is, in the coordinates above; or a step of it.
+/// Where the descent is. Vectors are padded.
 struct Point {
     /// α, shape (n).
     alpha: Vec<f64>,
@@ -14,17 +19,51 @@ struct Point {
     kept: f64,
     /// b.
     intercept: f64,
+    /// w, shape (d).
+    weights: Vec<f64>,
+    /// z, shape (n).
+    odds: Vec<f64>,
+    slopes: Slopes,
+    value: f64,
+}
+
+/// A step of it.
+struct Step {
+    /// δα, shape (n), padded.
+    alpha: Vec<f64>,
+    /// δb.
+    intercept: f64,
+    /// G δα, shape (n), padded.
+    seen: Vec<f64>,
+    /// The slope of the objective along the step.
+    slope: f64,
 }
 
 /// The start as the samples see it.
 struct Start<'a> {
     problem: &'a Problem<'a>,
-    /// w₀, shape (d).
+    /// Xᵀ, shape (d, n).
+    samples: Blocks,
+    /// G, shape (n, n).
+    gram: Blocks,
+    /// w₀, shape (d), padded.
     weights: Vec<f64>,
-    /// G, row-major, shape (n, n).
-    gram: Vec<f64>,
-    /// u, shape (n).
+    /// u, shape (n), padded.
     seen: Vec<f64>,
+    /// |w₀|².
+    squared: f64,
+}
+
+/// What a step is solved in.
+struct Workspace {
+    factor: Factor,
+    /// √D, shape (n), padded, as the others are.
+    roots: Vec<f64>,
+    /// What R was solved for.
+    ones: Vec<f64>,
+    wanted: Vec<f64>,
+    /// The gradient in w, shape (d), padded, and then in b.
+    gradient: Vec<f64>,
 }
 
 /// Newton steps from `start` until the gradient is under the tolerance or the steps run out. The same minimum as
@@ -34,109 +73,173 @@ pub(super) fn minimise(
     start: LogisticFit,
     parameters: &LogisticParameters,
 ) -> Result<LogisticFit, LogisticError> {
-    let mut fit = start.clone();
-    let mut at = Point { alpha: vec![0.0; problem.rows.len()], kept: 1.0, intercept: start.intercept };
-    let start = Start::new(problem, start.weights);
-    let mut odds = start.log_odds(&at);
-    let mut value = problem.objective(&odds, start.product(&at, &at));
-    let mut matrix = Vec::new();
+    let mut fit = start;
+    let start = Start::new(problem, &fit.weights);
+    let mut at = Point::new(&start);
+    (at.kept, at.intercept) = (1.0, fit.intercept);
+    start.evaluate(&mut at);
+    let mut there = Point::new(&start);
+    let mut step = Step::new(problem.rows.len());
+    let mut workspace = Workspace::new(problem.rows.len(), start.weights.len());
     loop {
-        fit.weights = start.weights_of(&at);
-        fit.intercept = at.intercept;
-        let (excess, residual) = start.excess(&at, &odds);
-        let mut gradient: Vec<f64> = start.weights.iter().map(|weight| problem.ridge * at.kept * weight).collect();
-        problem.add_transposed(&excess, &mut gradient);
-        fit.converged = gradient.iter().chain([&residual]).all(|component| component.abs() <= parameters.tolerance);
+        start.gradient(&at, &mut workspace.gradient);
+        fit.converged = steepest(&workspace.gradient) <= parameters.tolerance;
         if fit.converged || fit.iterations == parameters.max_iterations {
-            return Ok(fit);
+            break;
         }
-        let step = start.step(&mut matrix, &at, &excess, &odds).ok_or(LogisticError::Singular)?;
-        let slope = dot(&problem.residuals(&odds), &start.log_odds(&step)) + problem.ridge * start.product(&at, &step);
-        let found = search(value, slope, |length| {
-            let there = Point {
-                alpha: along(&at.alpha, &step.alpha, length),
-                kept: at.kept + length * step.kept,
-                intercept: at.intercept + length * step.intercept,
-            };
-            let odds = start.log_odds(&there);
-            (problem.objective(&odds, start.product(&there, &there)), (there, odds))
+        if !start.factor(&at, &mut workspace) || !start.step(&at, &mut workspace, &mut step) {
+            return Err(LogisticError::Singular);
+        }
+        let found = search(at.value, step.slope, |length| {
+            there.set_along(&at, &step, length);
+            start.evaluate(&mut there);
+            there.value
         });
-        let Some((_, lower, (there, there_odds))) = found else { return Ok(fit) };
+        if !found {
+            break;
+        }
+        core::mem::swap(&mut at, &mut there);
         fit.iterations += 1;
-        (at, odds, value) = (there, there_odds, lower);
+    }
+    fit.weights.copy_from_slice(&at.weights[..problem.dimension]);
+    fit.intercept = at.intercept;
+    Ok(fit)
+}
+
+impl Point {
+    fn new(start: &Start) -> Self {
+        let (n, zeros) = (start.problem.rows.len(), vec![0.0; start.seen.len()]);
+        let weights = vec![0.0; start.weights.len()];
+        Self {
+            alpha: zeros.clone(),
+            kept: 0.0,
+            intercept: 0.0,
+            weights,
+            odds: zeros,
+            slopes: Slopes::new(n),
+            value: 0.0,
+        }
+    }
+
+    fn set_along(&mut self, base: &Self, step: &Step, length: f64) {
+        along(&base.alpha, &step.alpha, length, &mut self.alpha);
+        self.kept = base.kept - length * base.kept;
+        self.intercept = base.intercept + length * step.intercept;
+    }
+}
+
+impl Step {
+    fn new(n: usize) -> Self {
+        let zeros = vec![0.0; n.next_multiple_of(EIGHT)];
+        Self { alpha: zeros.clone(), intercept: 0.0, seen: zeros, slope: 0.0 }
+    }
+}
+
+impl Workspace {
+    fn new(n: usize, columns: usize) -> Self {
+        let zeros = vec![0.0; n.next_multiple_of(EIGHT)];
+        Self {
+            factor: Factor::new(n),
+            roots: zeros.clone(),
+            ones: zeros.clone(),
+            wanted: zeros,
+            gradient: vec![0.0; columns + 1],
+        }
     }
 }
 
 impl<'a> Start<'a> {
-    fn new(problem: &'a Problem<'a>, weights: Vec<f64>) -> Self {
+    fn new(problem: &'a Problem<'a>, weights: &[f64]) -> Self {
         let n = problem.rows.len();
-        let mut gram = vec![0.0; n * n];
-        for row in 0..n {
-            for column in 0..=row {
-                let product = dot(problem.rows[row], problem.rows[column]);
-                gram[row * n + column] = product;
-                gram[column * n + row] = product;
+        let samples = Blocks::transposed(problem.rows, problem.dimension);
+        let mut gram = samples.square();
+        gram.mirror();
+        let mut padded_weights = vec![0.0; samples.rows()];
+        padded_weights[..weights.len()].copy_from_slice(weights);
+        let mut seen = vec![0.0; n.next_multiple_of(EIGHT)];
+        samples.transpose_times(&padded_weights, &mut seen);
+        let squared = product(&padded_weights, &padded_weights);
+        Self { problem, samples, gram, weights: padded_weights, seen, squared }
+    }
+
+    /// The weights, and what the objective is there.
+    fn evaluate(&self, at: &mut Point) {
+        widest(Evaluate { start: self, at });
+    }
+
+    /// The gradient in w, then in b.
+    fn gradient(&self, at: &Point, gradient: &mut [f64]) {
+        let (intercept, gradient) = gradient.split_last_mut().expect("the last is the intercept's");
+        self.samples.times(&at.slopes.residuals, gradient);
+        gradient.iter_mut().zip(&at.weights).for_each(|(component, weight)| *component += self.problem.ridge * weight);
+        *intercept = sum(&at.slopes.residuals);
+    }
+
+    /// Sets R = √D, factors R G R + λ and solves it for the vector of R. False where it is not positive definite.
+    fn factor(&self, at: &Point, workspace: &mut Workspace) -> bool {
+        #[inline(always)]
+        fn prepare((start, roots, matrix): (&Start, &[f64], &mut Blocks)) {
+            for (right, columns) in roots.as_chunks::<EIGHT>().0.iter().enumerate() {
+                let scaled_rows = matrix.block_mut(right)[..(right + 1) * EIGHT].iter_mut();
+                for ((numbers, own), row) in scaled_rows.zip(start.gram.block(right)).zip(roots) {
+                    *numbers = times_each(*own, scaled(*columns, *row));
+                }
             }
         }
-        let seen = problem.log_odds(&weights, 0.0);
-        Self { problem, weights, gram, seen }
+        let Workspace { factor, roots, ones, .. } = workspace;
+        roots.iter_mut().zip(&at.slopes.curvatures).for_each(|(root, curvature)| *root = libm::sqrt(*curvature));
+        loops!(prepare, (self, roots.as_slice(), factor.matrix()));
+        let n = self.problem.rows.len();
+        factor.add_to_diagonal(n, n, self.problem.ridge);
+        let factored = factor.factor();
+        ones.copy_from_slice(roots);
+        factor.solve(ones);
+        factored
     }
 
-    /// G v, shape (n).
-    fn times_gram(&self, v: &[f64]) -> Vec<f64> {
-        self.gram.chunks_exact(v.len()).map(|row| dot(row, v)).collect()
-    }
-
-    fn weights_of(&self, at: &Point) -> Vec<f64> {
-        let mut weights: Vec<f64> = self.weights.iter().map(|weight| at.kept * weight).collect();
-        self.problem.add_transposed(&at.alpha, &mut weights);
-        weights
-    }
-
-    /// z = G α + c u + b.
-    fn log_odds(&self, at: &Point) -> Vec<f64> {
-        let mut odds = self.times_gram(&at.alpha);
-        odds.iter_mut().zip(&self.seen).for_each(|(z, seen)| *z += at.kept * seen + at.intercept);
-        odds
-    }
-
-    /// The product of two points' weights.
-    fn product(&self, left: &Point, right: &Point) -> f64 {
-        left.kept * right.kept * dot(&self.weights, &self.weights)
-            + left.kept * dot(&self.seen, &right.alpha)
-            + right.kept * dot(&self.seen, &left.alpha)
-            + dot(&left.alpha, &self.times_gram(&right.alpha))
-    }
-
-    /// h = r + λ α, shape (n), which is 0 at the minimum as c is; and Σ r, the gradient's component of the intercept.
-    fn excess(&self, at: &Point, odds: &[f64]) -> (Vec<f64>, f64) {
-        let residuals = self.problem.residuals(odds);
-        (along(&residuals, &at.alpha, self.problem.ridge), residuals.iter().sum())
-    }
-
-    /// The Newton step: δc = −c, and D (G δα − c u + δb) + λ δα = −h with Σ (α + δα) = 0. With R = √D and δα = R β,
-    /// (R G R + λ) β = R c u − h/R − R δb.
-    fn step(&self, matrix: &mut Vec<f64>, at: &Point, excess: &[f64], odds: &[f64]) -> Option<Point> {
-        let n = odds.len();
-        let roots: Vec<f64> = self.problem.curvatures(odds).into_iter().map(libm::sqrt).collect();
-        matrix.clear();
-        matrix.extend_from_slice(&self.gram);
-        for row in 0..n {
-            for column in 0..=row {
-                matrix[row * n + column] *= roots[row] * roots[column];
-            }
-            matrix[row * n + row] += self.problem.ridge;
+    /// The Newton step: δc = −c, and D (G δα − c u + δb) + λ δα = −h with h = r + λ α and Σ (α + δα) = 0. With R = √D and
+    /// δα = R β, (R G R + λ) β = R c u − h/R − R δb. False where it cannot be solved.
+    fn step(&self, at: &Point, workspace: &mut Workspace, step: &mut Step) -> bool {
+        let Workspace { factor, roots, ones, wanted, .. } = workspace;
+        let (residuals, ridge, n) = (&at.slopes.residuals, self.problem.ridge, self.problem.rows.len());
+        for index in 0..n {
+            let excess = residuals[index] + ridge * at.alpha[index];
+            wanted[index] = roots[index] * at.kept * self.seen[index] - excess / roots[index];
         }
-        if !cholesky::factor(matrix, n) {
-            return None;
+        factor.solve(wanted);
+        step.intercept = (product(roots, wanted) + sum(&at.alpha)) / product(roots, ones);
+        for index in 0..n {
+            step.alpha[index] = roots[index] * (wanted[index] - step.intercept * ones[index]);
         }
-        let mut wanted: Vec<f64> = (0..n).map(|i| roots[i] * at.kept * self.seen[i] - excess[i] / roots[i]).collect();
-        let mut ones = roots.clone();
-        cholesky::solve(matrix, n, &mut wanted);
-        cholesky::solve(matrix, n, &mut ones);
-        let intercept = (dot(&roots, &wanted) + at.alpha.iter().sum::<f64>()) / dot(&roots, &ones);
-        let alpha: Vec<f64> = (0..n).map(|i| roots[i] * (wanted[i] - intercept * ones[i])).collect();
-        let finite = intercept.is_finite() && alpha.iter().all(|part| part.is_finite());
-        finite.then_some(Point { alpha, kept: -at.kept, intercept })
+        self.gram.transpose_times(&step.alpha, &mut step.seen);
+        let loss =
+            product(residuals, &step.seen) - at.kept * product(residuals, &self.seen) + step.intercept * sum(residuals);
+        let product_of_weights = product(&at.alpha, &step.seen)
+            + at.kept * (product(&self.seen, &step.alpha) - product(&self.seen, &at.alpha) - at.kept * self.squared);
+        step.slope = loss + ridge * product_of_weights;
+        step.intercept.is_finite() && step.alpha.iter().all(|part| part.is_finite())
+    }
+}
+
+struct Evaluate<'a> {
+    start: &'a Start<'a>,
+    at: &'a mut Point,
+}
+
+impl Kernel for Evaluate<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Wide>(self, simd: S) {
+        let Self { start, at: Point { alpha, kept, intercept, weights, odds, slopes, value } } = self;
+        times((&start.samples, alpha, weights));
+        weights.iter_mut().zip(&start.weights).for_each(|(weight, first)| *weight += *kept * first);
+        odds.fill(*intercept);
+        add_transposed(&start.samples, weights, odds);
+        let mut losses = Four::splat(simd, 0.0);
+        for (panel, odds) in odds.chunks(PANEL).enumerate() {
+            slopes.set(simd, start.problem, panel * PANEL, odds, &mut losses);
+        }
+        *value = losses.joined() + 0.5 * start.problem.ridge * product(weights, weights);
     }
 }

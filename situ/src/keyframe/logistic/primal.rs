@@ -1,7 +1,50 @@
 //! Newton's method in the features' dimension.
 
-use super::problem::{Problem, along, search};
-use super::{LogisticError, LogisticFit, LogisticParameters, cholesky, dot};
+use super::blocks::{Blocks, PANEL, add_transposed, times};
+use super::factor::Factor;
+use super::problem::{Problem, Slopes, along, product, search, steepest};
+use super::{LogisticError, LogisticFit, LogisticParameters, dot};
+use crate::vector::{EIGHT, Four, Kernel, Wide, widest};
+
+/// Where a step left at most this share of the gradient, the curvatures did not change much, and the next step takes them as they were: it
+/// leaves about twice the share, and costs a fraction. Not in the samples' dimension, where a matrix costs little more than a step.
+const ENOUGH: f64 = 0.1;
+
+/// Where the descent is.
+pub(super) struct Point {
+    /// w, then b, padded.
+    weights: Vec<f64>,
+    slopes: Slopes,
+    /// The gradient in w, then in b, padded.
+    gradient: Vec<f64>,
+    value: f64,
+}
+
+impl Point {
+    fn new(problem: &Problem) -> Self {
+        let zeros = vec![0.0; (problem.dimension + 1).next_multiple_of(EIGHT)];
+        Self { weights: zeros.clone(), slopes: Slopes::new(problem.rows.len()), gradient: zeros, value: 0.0 }
+    }
+
+    /// The objective and the gradient of weights and an intercept.
+    pub(super) fn at(problem: &Problem, samples: &[Blocks], weights: &[f64], intercept: f64) -> Self {
+        let mut point = Self::new(problem);
+        point.weights[..problem.dimension].copy_from_slice(weights);
+        point.weights[problem.dimension] = intercept;
+        point.evaluate(problem, samples);
+        point
+    }
+
+    fn evaluate(&mut self, problem: &Problem, samples: &[Blocks]) {
+        widest(Evaluate { point: self, problem, samples });
+    }
+
+    /// The objective, and its gradient: the weights' components, then the intercept's.
+    pub(super) fn value_and_gradient(mut self, problem: &Problem) -> (f64, Vec<f64>) {
+        self.gradient.truncate(problem.dimension + 1);
+        (self.value, self.gradient)
+    }
+}
 
 /// Newton steps from `start` until the gradient is under the tolerance or the steps run out.
 pub(super) fn minimise(
@@ -9,79 +52,77 @@ pub(super) fn minimise(
     start: LogisticFit,
     parameters: &LogisticParameters,
 ) -> Result<LogisticFit, LogisticError> {
+    let d = problem.dimension;
+    let samples = Blocks::panels(problem.rows, d);
     let mut fit = start;
-    let mut odds = problem.log_odds(&fit.weights, fit.intercept);
-    let mut value = problem.objective(&odds, dot(&fit.weights, &fit.weights));
-    let mut matrix = Vec::new();
+    let mut at = Point::at(problem, &samples, &fit.weights, fit.intercept);
+    let mut there = Point::new(problem);
+    let mut factor = Factor::new(d + 1);
+    let mut workspace = vec![[0.0; EIGHT]; PANEL * (d + 1).next_multiple_of(EIGHT) / EIGHT];
+    let mut step = vec![0.0; (d + 1).next_multiple_of(EIGHT)];
+    let (mut left, mut again) = (steepest(&at.gradient), false);
     loop {
-        let gradient = problem.gradient(&fit.weights, &odds);
-        fit.converged = gradient.iter().all(|component| component.abs() <= parameters.tolerance);
+        fit.converged = left <= parameters.tolerance;
         if fit.converged || fit.iterations == parameters.max_iterations {
-            return Ok(fit);
+            break;
         }
-        let step = step(problem, &mut matrix, &gradient, &odds).ok_or(LogisticError::Singular)?;
-        let (weights_step, intercept_step) = (&step[..fit.weights.len()], step[fit.weights.len()]);
-        let found = search(value, dot(&gradient, &step), |length| {
-            let weights = along(&fit.weights, weights_step, length);
-            let odds = problem.log_odds(&weights, fit.intercept + length * intercept_step);
-            (problem.objective(&odds, dot(&weights, &weights)), (weights, odds))
-        });
-        let Some((length, lower, (weights, there))) = found else { return Ok(fit) };
-        fit.weights = weights;
-        fit.intercept += length * intercept_step;
-        fit.iterations += 1;
-        (odds, value) = (there, lower);
-    }
-}
-
-/// Samples whose products are added in one go over the matrix. They are added in their order, so that their number changes no bit.
-const TOGETHER: usize = 4;
-
-/// Adds Σ D [x 1]ᵀ [x 1] of some samples, the lower triangle.
-fn add_outer<const N: usize>(matrix: &mut [f64], size: usize, rows: &[&[f64]; N], curvatures: &[f64; N]) {
-    let d = size - 1;
-    for at in 0..d {
-        let mut weighted = *curvatures;
-        for (weighted, row) in weighted.iter_mut().zip(rows) {
-            *weighted *= row[at];
-        }
-        let columns = rows.map(|row| &row[..=at]);
-        for (column, sum) in matrix[at * size..=at * size + at].iter_mut().enumerate() {
-            for (weighted, other) in weighted.iter().zip(&columns) {
-                *sum += weighted * other[column];
+        // H step = −gradient with H = [X 1]ᵀ D [X 1] + λ on all but the intercept, which is last.
+        if !again {
+            Blocks::weighted_square(&samples, &at.slopes.curvatures, d + 1, &mut workspace, factor.matrix());
+            factor.add_to_diagonal(d, d + 1, problem.ridge);
+            if !factor.factor() {
+                return Err(LogisticError::Singular);
             }
         }
-        for weighted in weighted {
-            matrix[d * size + at] += weighted;
+        step.iter_mut().zip(&at.gradient).for_each(|(step, component)| *step = -component);
+        factor.solve(&mut step);
+        if !step.iter().all(|part| part.is_finite()) {
+            return Err(LogisticError::Singular);
+        }
+        let found = search(at.value, product(&at.gradient, &step), |length| {
+            along(&at.weights, &step, length, &mut there.weights);
+            there.evaluate(problem, &samples);
+            there.value
+        });
+        if found {
+            core::mem::swap(&mut at, &mut there);
+            fit.iterations += 1;
+            let before = core::mem::replace(&mut left, steepest(&at.gradient));
+            again = left <= ENOUGH * before;
+        } else if again {
+            again = false;
+        } else {
+            break;
         }
     }
-    for curvature in curvatures {
-        matrix[d * size + d] += curvature;
-    }
+    fit.weights.copy_from_slice(&at.weights[..d]);
+    fit.intercept = at.weights[d];
+    Ok(fit)
 }
 
-/// Solves H step = −gradient with H = [X 1]ᵀ D [X 1] + λ on all but the intercept, which is last.
-fn step(problem: &Problem, matrix: &mut Vec<f64>, gradient: &[f64], odds: &[f64]) -> Option<Vec<f64>> {
-    let size = gradient.len();
-    let d = size - 1;
-    matrix.clear();
-    matrix.resize(size * size, 0.0);
-    let curvatures = problem.curvatures(odds);
-    let (rows, rest) = problem.rows.as_chunks::<TOGETHER>();
-    let (shares, rest_shares) = curvatures.as_chunks::<TOGETHER>();
-    for (rows, curvatures) in rows.iter().zip(shares) {
-        add_outer(matrix, size, rows, curvatures);
+struct Evaluate<'a> {
+    point: &'a mut Point,
+    problem: &'a Problem<'a>,
+    samples: &'a [Blocks],
+}
+
+impl Kernel for Evaluate<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Wide>(self, simd: S) {
+        let Self { point: Point { weights, slopes, gradient, value }, problem, samples } = self;
+        let mut losses = Four::splat(simd, 0.0);
+        gradient.fill(0.0);
+        for (index, panel) in samples.iter().enumerate() {
+            let mut odds = [0.0; PANEL];
+            let (first, odds) = (index * PANEL, &mut odds[..panel.rows()]);
+            times((panel, weights, odds));
+            slopes.set(simd, problem, first, odds, &mut losses);
+            add_transposed(panel, &slopes.residuals[first..first + odds.len()], gradient);
+        }
+        let weights = &weights[..problem.dimension];
+        gradient.iter_mut().zip(weights).for_each(|(component, weight)| *component += problem.ridge * weight);
+        *value = losses.joined() + 0.5 * problem.ridge * dot(weights, weights);
     }
-    for (row, curvature) in rest.iter().zip(rest_shares) {
-        add_outer(matrix, size, &[*row], &[*curvature]);
-    }
-    for at in 0..d {
-        matrix[at * size + at] += problem.ridge;
-    }
-    if !cholesky::factor(matrix, size) {
-        return None;
-    }
-    let mut step: Vec<f64> = gradient.iter().map(|component| -component).collect();
-    cholesky::solve(matrix, size, &mut step);
-    step.iter().all(|part| part.is_finite()).then_some(step)
 }

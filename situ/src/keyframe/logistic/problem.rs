@@ -1,6 +1,6 @@
 //! The objective of a ridge logistic regression, and what both ways to its minimum share.
 
-use super::{dot, sigmoid};
+use crate::vector::{EIGHT, Four, Wide, exp, fours, fours_mut, joined, log_1p};
 
 /// A step must gain this share of what its slope promises (Armijo).
 const SUFFICIENT: f64 = 1e-4;
@@ -10,80 +10,101 @@ const ROUNDING: f64 = 64.0 * f64::EPSILON;
 const HALVINGS: usize = 60;
 /// Least p(1 − p) of a sample in a step: far from the minimum the sigmoid is flat, and the step would have no end.
 const LEAST_CURVATURE: f64 = 1e-10;
-
 /// n samples of d features.
 pub(super) struct Problem<'a> {
     /// Shape (n, d).
     pub(super) rows: &'a [&'a [f64]],
-    /// Target t_i of each sample, shape (n).
+    /// d.
+    pub(super) dimension: usize,
+    /// Target t_i of each sample, shape (n), padded with zeros.
     pub(super) targets: &'a [f64],
-    /// Share s_i of each sample, shape (n), summing to 1.
+    /// Share s_i of each sample, shape (n), summing to 1, padded with zeros: padding weighs nothing.
     pub(super) shares: &'a [f64],
     /// λ.
     pub(super) ridge: f64,
 }
 
-impl Problem<'_> {
-    /// z_i = b + w·x_i.
-    pub(super) fn log_odds(&self, weights: &[f64], intercept: f64) -> Vec<f64> {
-        self.rows.iter().map(|row| intercept + dot(weights, row)).collect()
+/// What the loss is like at some log odds, a number a sample, padded.
+pub(super) struct Slopes {
+    /// r_i = s_i (p_i − t_i), the loss's slope in z_i.
+    pub(super) residuals: Vec<f64>,
+    /// D_i = s_i p_i (1 − p_i), the loss's curvature in z_i.
+    pub(super) curvatures: Vec<f64>,
+}
+
+impl Slopes {
+    /// Of so many samples.
+    pub(super) fn new(samples: usize) -> Self {
+        let zeros = vec![0.0; samples.next_multiple_of(EIGHT)];
+        Self { residuals: zeros.clone(), curvatures: zeros }
     }
 
-    /// Σ s_i (log(1 + e^z_i) − t_i z_i) + ½ λ |w|².
-    pub(super) fn objective(&self, odds: &[f64], squared_weights: f64) -> f64 {
-        let mut loss = 0.0;
-        for ((z, target), share) in odds.iter().zip(self.targets).zip(self.shares) {
+    /// The slopes at the log odds of a panel of samples, from the sample `first`; adds Σ s_i (log(1 + e^z_i) − t_i z_i) to running sums.
+    #[inline(always)]
+    pub(super) fn set<S: Wide>(
+        &mut self,
+        simd: S,
+        problem: &Problem,
+        first: usize,
+        odds: &[f64],
+        losses: &mut Four<S>,
+    ) {
+        let panel = first..first + odds.len();
+        let given = fours(&problem.targets[panel.clone()]).iter().zip(fours(&problem.shares[panel.clone()]));
+        let residuals = fours_mut(&mut self.residuals[panel.clone()]).iter_mut();
+        let slopes = residuals.zip(fours_mut(&mut self.curvatures[panel]));
+        let (zero, one) = (Four::splat(simd, 0.0), Four::splat(simd, 1.0));
+        let least = Four::splat(simd, LEAST_CURVATURE);
+        for ((odds, (targets, shares)), (residuals, curvatures)) in fours(odds).iter().zip(given).zip(slopes) {
+            let [odds, targets, shares] = Four::all(simd, &[*odds, *targets, *shares]);
+            let away = odds.abs();
+            let smaller = exp(simd, zero - away);
+            let larger = one / (smaller + 1.0);
+            let probability = odds.below(zero, smaller * larger, larger);
+            *residuals = (shares * (probability - targets)).numbers();
+            *curvatures = (shares * (smaller * larger * larger).max(least)).numbers();
             // log(1 + e^z) − t z, every term of it above 0: no cancellation.
-            let linear = if *z >= 0.0 { (1.0 - target) * z } else { -target * z };
-            loss += share * (linear + libm::log1p(libm::exp(-z.abs())));
-        }
-        loss + 0.5 * self.ridge * squared_weights
-    }
-
-    /// r_i = s_i (p_i − t_i), the loss's slope in z_i, shape (n).
-    pub(super) fn residuals(&self, odds: &[f64]) -> Vec<f64> {
-        let terms = odds.iter().zip(self.targets).zip(self.shares);
-        terms.map(|((z, target), share)| share * (sigmoid(*z) - target)).collect()
-    }
-
-    /// D_i = s_i p_i (1 − p_i), the loss's curvature in z_i, shape (n).
-    pub(super) fn curvatures(&self, odds: &[f64]) -> Vec<f64> {
-        let terms = odds.iter().zip(self.shares);
-        terms.map(|(z, share)| share * (sigmoid(*z) * sigmoid(-z)).max(LEAST_CURVATURE)).collect()
-    }
-
-    /// Xᵀ v added to `sums`, shape (d).
-    pub(super) fn add_transposed(&self, v: &[f64], sums: &mut [f64]) {
-        for (row, factor) in self.rows.iter().zip(v) {
-            sums.iter_mut().zip(*row).for_each(|(sum, value)| *sum += factor * value);
+            let slope = odds.below(zero, targets, one - targets);
+            *losses += shares * (slope * away + log_1p(smaller));
         }
     }
+}
 
-    /// The gradient: the weights' components, then the intercept's; shape (d + 1).
-    pub(super) fn gradient(&self, weights: &[f64], odds: &[f64]) -> Vec<f64> {
-        let residuals = self.residuals(odds);
-        let mut gradient: Vec<f64> = weights.iter().map(|weight| self.ridge * weight).collect();
-        self.add_transposed(&residuals, &mut gradient);
-        gradient.push(residuals.iter().sum());
-        gradient
+/// Σ l_i r_i of padded vectors.
+#[inline(always)]
+pub(super) fn product(left: &[f64], right: &[f64]) -> f64 {
+    let mut sums = [0.0; EIGHT];
+    for (left, right) in left.as_chunks::<EIGHT>().0.iter().zip(right.as_chunks::<EIGHT>().0) {
+        for lane in 0..EIGHT {
+            sums[lane] += left[lane] * right[lane];
+        }
     }
+    joined(sums)
 }
 
 /// `base` + `length` × `step`.
-pub(super) fn along(base: &[f64], step: &[f64], length: f64) -> Vec<f64> {
-    base.iter().zip(step).map(|(base, step)| base + length * step).collect()
+#[inline(always)]
+pub(super) fn along(base: &[f64], step: &[f64], length: f64, there: &mut [f64]) {
+    for ((there, base), step) in there.iter_mut().zip(base).zip(step) {
+        *there = base + length * step;
+    }
 }
 
-/// Halves a step until the objective falls as the slope promises; its length, and what `objective` gave with its value
-/// there. None where no length will do.
-pub(super) fn search<T>(value: f64, slope: f64, objective: impl Fn(f64) -> (f64, T)) -> Option<(f64, f64, T)> {
+/// The greatest component of a gradient, without its sign. NaN where one is.
+pub(super) fn steepest(gradient: &[f64]) -> f64 {
+    let worse = |most: f64, part: &f64| if most.is_nan() || part.abs() <= most { most } else { part.abs() };
+    gradient.iter().fold(0.0, worse)
+}
+
+/// Halves a step until the objective falls as the slope promises: whether some length will do. It is the one that `objective` was last
+/// asked for.
+pub(super) fn search(value: f64, slope: f64, mut objective: impl FnMut(f64) -> f64) -> bool {
     let mut length = 1.0;
     for _ in 0..HALVINGS {
-        let (trial, what) = objective(length);
-        if trial <= value + SUFFICIENT * length * slope + ROUNDING * value.abs() {
-            return Some((length, trial, what));
+        if objective(length) <= value + SUFFICIENT * length * slope + ROUNDING * value.abs() {
+            return true;
         }
         length *= 0.5;
     }
-    None
+    false
 }

@@ -1,6 +1,7 @@
 //! The linear Gaussian emission of a phase.
 
-use crate::keyframe::logistic::{cholesky, dot};
+use super::cholesky;
+use crate::keyframe::logistic::dot;
 
 /// log 2π.
 const LOG_TWO_PI: f64 = 1.837_877_066_409_345_3;

@@ -12,6 +12,7 @@
 //!
 //! Nothing here knows tasks, physics, files or clocks. Sums are in a fixed order and logarithms from `libm`: equal input, equal bits.
 
+mod cholesky;
 mod emission;
 mod fit;
 mod inference;
