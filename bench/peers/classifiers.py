@@ -1,8 +1,11 @@
 """Initiation classifiers: scikit-learn and numpy beside situ.
 
-Ours is the mean loss with the ridge lambda and targets inside (0, 1); scikit-learn has hard labels and C on the sum of
+Regression: ours is the mean loss with the ridge lambda and targets inside (0, 1); scikit-learn has hard labels and C on the sum of
 the losses: C = 1 / (n lambda), and targets that are 0 and 1 but for the last bit. Both stop where no component of the
 gradient is above the same tolerance.
+
+Screening (line A1.6): which nodes' balls hold a state, by the sum of squared differences to their centres. numpy's
+matrix product has the lengths of the centres ready, as an index would.
 """
 
 from collections.abc import Callable
@@ -37,17 +40,23 @@ def regress_case(samples: int, features: int, apart: float, programs: Programs) 
     return Case(f"logistic regression, {samples} × {features}", ours, [Peer("scikit-learn", ways)])
 
 
-def screen_case(classifiers: int, features: int, programs: Programs) -> Case:
-    rng = np.random.default_rng(20180613)
-    weights, intercepts = rng.standard_normal((classifiers, features)), rng.standard_normal(classifiers)
-    row, odds = rng.standard_normal(features), np.empty(classifiers)
+def screen_case(nodes: int, features: int, programs: Programs) -> Case:
+    rng = np.random.default_rng([20180613, features])
+    centres, row = rng.standard_normal((nodes, features)), rng.standard_normal(features)
+    # One in a hundred passes, and none is so near the bound that rounding decides.
+    squares = np.sort(((centres - row) ** 2).sum(axis=1))
+    greatest = squares[nodes // 100 - 1:nodes // 100 + 1].mean()
+    lengths, apart = (centres ** 2).sum(axis=1), np.empty_like(centres)
 
-    def screen() -> np.ndarray:
-        np.dot(weights, row, out=odds)
-        np.add(odds, intercepts, out=odds)
-        return odds
+    def differences() -> np.ndarray:
+        np.subtract(centres, row, out=apart)
+        return np.flatnonzero(np.einsum("ij,ij->i", apart, apart) <= greatest)
 
-    ways = [Way("matrix product", in_process(lambda: screen, lambda odds: {"log_odds": odds}))]
-    name = f"screening: log odds of one state under {classifiers} classifiers of {features} features"
-    ours = programs.ours.measure({"screen": {"weights": weights, "intercepts": intercepts, "row": row}})
+    def product() -> np.ndarray:
+        return np.flatnonzero(lengths - 2.0 * (centres @ row) + row @ row <= greatest)
+
+    ways = [Way(name, in_process(lambda work=work: work, lambda passing: {"passing": passing}))
+            for name, work in (("differences", differences), ("matrix product", product))]
+    name = f"screening: which of {nodes} nodes a state of {features} features can activate"
+    ours = programs.ours.measure({"screen": {"centres": centres, "greatest": greatest, "row": row}})
     return Case(name, ours, [Peer("numpy", ways)])

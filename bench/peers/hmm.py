@@ -4,10 +4,9 @@ How all are the same computation:
 
 * Poses. Ours are in R3 x S3 and hmmlearn's in R6. They are the same model where all rotations are about one axis:
   then the logarithm at a mean is the difference of the angles, at any angle. So a frame here is a position and an
-  angle times a slanted axis: hmmlearn gets the position and the rotation vector, ours the pose. The angles are of the
-  size of a task's (tenths of a radian), so that ours takes the same branch of the logarithm as it does for any pose.
-  Covariances are full; in the two directions in which the frames do not vary, they are the prior's. Ours also takes
-  the logarithms of rotations and the mean on the manifold, which hmmlearn does not.
+  angle times a slanted axis: hmmlearn gets the position and the rotation vector, ours the pose. Covariances are full;
+  in the two directions in which the frames do not vary, they are the prior's. Ours also takes the logarithms of
+  rotations and the mean on the manifold, which hmmlearn does not.
 * Ends. hmmlearn has none. `EndingHMM` puts the probability of going on, or of ending, at each frame beside the
   frame's density, and re-estimates it. That needs no state more and no frame more, and takes hmmlearn no time to
   speak of.

@@ -46,7 +46,8 @@ CASES: dict[str, Callable[[Programs], Case]] = {
     "score-1000": partial(score_case, 10, 1000, 10),
     "logistic-50": partial(regress_case, 50, 13, 0.8),
     "logistic-5000": partial(regress_case, 5000, 40, 0.2),
-    "screen": partial(screen_case, 10_000, 13),
+    "screen-13": partial(screen_case, 10_000, 13),
+    "screen-80": partial(screen_case, 10_000, 80),
 }
 SLOW = {"score-1000"}
 """Only where asked for: hmmlearn takes most of a minute for one run."""

@@ -1,8 +1,8 @@
 //! The update-cost baseline: the exact work of the cost suite as it was when it was last meant to change, and what a new measurement is
 //! against it.
 //!
-//! Counters depend on the input alone, so any difference is a verdict. Instructions depend on the toolchain and the target besides; they are
-//! compared where both are the same, and by [`TOLERANCE`]. The clock is in no baseline.
+//! Counters depend on the input alone, so any difference is a verdict. Instructions depend on the toolchain, the target and the
+//! processor's vectors besides; they are compared where these are the same, and by [`TOLERANCE`]. The clock is in no baseline.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -33,6 +33,9 @@ pub struct Origin {
     pub toolchain: String,
     /// The target triple.
     pub target: String,
+    /// The processor's vectors that the kernels ran on ([`situ::vector::kind`]).
+    #[serde(default)]
+    pub vectors: String,
 }
 
 impl Origin {
@@ -52,12 +55,13 @@ impl Origin {
             revision: if changed { format!("{revision}, changed") } else { revision },
             toolchain: env!("SITU_TOOLCHAIN").to_owned(),
             target: env!("SITU_TARGET").to_owned(),
+            vectors: situ::vector::kind().to_owned(),
         }
     }
 
     /// Whether instructions that were counted here and there are to be compared.
     pub fn counts_as(&self, other: &Self) -> bool {
-        (&self.toolchain, &self.target) == (&other.toolchain, &other.target)
+        (&self.toolchain, &self.target, &self.vectors) == (&other.toolchain, &other.target, &other.vectors)
     }
 }
 
@@ -225,7 +229,8 @@ mod tests {
 
     fn origin(toolchain: &str) -> Origin {
         let word = |text: &str| text.to_owned();
-        Origin { machine: word("a"), revision: word("b"), toolchain: word(toolchain), target: word("c") }
+        let [machine, revision, target, vectors] = ["a", "b", "c", "d"].map(word);
+        Origin { machine, revision, toolchain: word(toolchain), target, vectors }
     }
 
     /// One more iteration of EM and one needless divergence are caught, in the row in which they are; less work is an improvement unless other

@@ -5,7 +5,7 @@
 //!
 //! - more than [`TOLERANCE`](crate::baseline::TOLERANCE) above the baseline is a regression, and the command fails;
 //! - more than that below is an improvement: mint it, or what was gained can be lost again unseen;
-//! - what another toolchain or target counted, or what the baseline has not, is incomparable and never fails.
+//! - what another toolchain, target or kind of vectors counted, or what the baseline has not, is incomparable and never fails.
 //!
 //! A change that means to move a number mints the baseline in a commit of its own, and says why:
 //!
@@ -70,8 +70,9 @@ impl Expected {
         let change = format!("{before} → {now} instructions, {share:+.2} %");
         match () {
             () if !self.origin.counts_as(origin) => {
-                let Origin { toolchain, target, .. } = &self.origin;
-                (Verdict::Incomparable, format!("{change}, but the baseline is of {toolchain} for {target}"))
+                let Origin { toolchain, target, vectors, .. } = &self.origin;
+                let why = format!("{change}, but the baseline is of {toolchain} for {target} with {vectors}");
+                (Verdict::Incomparable, why)
             }
             () if !instructions_differ(before, now) => (Verdict::Unchanged, change),
             () if now > before => (Verdict::Regressed, change),
@@ -112,7 +113,8 @@ mod tests {
 
     fn origin(toolchain: &str) -> Origin {
         let word = |text: &str| text.to_owned();
-        Origin { machine: word("a"), revision: word("b"), toolchain: word(toolchain), target: word("c") }
+        let [machine, revision, target, vectors] = ["a", "b", "c", "d"].map(word);
+        Origin { machine, revision, toolchain: word(toolchain), target, vectors }
     }
 
     fn expected(count: u64) -> Expected {
@@ -133,7 +135,7 @@ mod tests {
         let why = "20000000 → 19000000 instructions, -5.00 %: mint it";
         assert_eq!(judge(19 * 1_000_000), (Verdict::Improved, why.to_owned()));
         let (verdict, why) = expected(twenty).judge(&origin("rustc 2"), FIT, 10 * twenty);
-        assert!(verdict == Verdict::Incomparable && why.ends_with("is of rustc 1 for c"), "{why}");
+        assert!(verdict == Verdict::Incomparable && why.ends_with("is of rustc 1 for c with d"), "{why}");
         let (verdict, why) = expected(twenty).judge(&origin("rustc 1"), "kernels::another", 1);
         assert!(verdict == Verdict::Incomparable && why.contains("mint"), "{why}");
     }

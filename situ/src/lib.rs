@@ -37,4 +37,4 @@ pub mod situ;
 pub mod structure;
 pub mod task_model;
 pub mod trace;
-mod vector;
+pub mod vector;

@@ -2,7 +2,7 @@
 
 mod distances;
 mod reconnect;
-mod screen;
+pub mod screen;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -329,7 +329,7 @@ impl<L: Learner> TaskModel<L> {
         let reference = self.segment(*first).reference.clone();
         self.by_reference.entry(reference.clone()).or_default().insert(id);
         let policy_segments = segments.clone();
-        self.screen.set(id, &classifier);
+        self.screen.set(id, classifier.ball());
         self.nodes.insert(id, Node { reference, segments, policy_segments, policy, samples, classifier });
         id
     }
@@ -440,7 +440,7 @@ impl<L: Learner> TaskModel<L> {
             let classifier = self.fit_samples(learner, samples, counters)?;
             match place {
                 Place::Node(id) => {
-                    self.screen.set(*id, &classifier);
+                    self.screen.set(*id, classifier.ball());
                     self.node_mut(*id)?.classifier = classifier;
                 }
                 _ => self.end.classifier = Some(classifier),

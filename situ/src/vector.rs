@@ -45,15 +45,25 @@ impl<K: Kernel> NullaryFnOnce for Call<K> {
     }
 }
 
+#[cfg(target_arch = "x86_64")]
+static AVX2: LazyLock<Option<V3>> = LazyLock::new(V3::try_new);
+
+/// What the kernels run on here: `avx2`, or `baseline` for what every processor of the target has. No result depends on it, but the number
+/// of instructions does.
+pub fn kind() -> &'static str {
+    #[cfg(target_arch = "x86_64")]
+    if AVX2.is_some() {
+        return "avx2";
+    }
+    "baseline"
+}
+
 /// Runs a kernel on the widest vectors of the processor.
 #[inline]
 pub(crate) fn widest<K: Kernel>(kernel: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]
-    {
-        static AVX2: LazyLock<Option<V3>> = LazyLock::new(V3::try_new);
-        if let Some(simd) = *AVX2 {
-            return simd.vectorize(Call(kernel, simd));
-        }
+    if let Some(simd) = *AVX2 {
+        return simd.vectorize(Call(kernel, simd));
     }
     kernel.run(Scalar256b)
 }

@@ -14,10 +14,13 @@ use std::io::BufReader;
 
 use nalgebra::Matrix6;
 use serde::{Deserialize, Serialize};
-use situ::demonstration::Pose;
+use situ::demonstration::{Pose, State};
 use situ::keyframe::hmm::{Emission, Hmm, HmmParameters, Observation};
-use situ::keyframe::logistic::{self, LogisticFit, LogisticParameters, Targets};
+use situ::keyframe::logistic::{self, LogisticParameters, Targets};
 use situ::keyframe::pose::{Tangent, exp, log};
+use situ::place::NodeId;
+use situ::primitive::Ball;
+use situ::task_model::screen::Screen;
 use situ_bench::cost::timed;
 
 use peak::Peak;
@@ -58,8 +61,8 @@ enum Question {
     Score { models: Vec<Model>, sets: Vec<Vec<Vec<Frame>>> },
     /// A logistic regression on hard labels, all samples alike.
     Regress { rows: Vec<Vec<f64>>, labels: Vec<bool>, ridge: f64, tolerance: f64 },
-    /// The log odds of one row under every classifier.
-    Screen { weights: Vec<Vec<f64>>, intercepts: Vec<f64>, row: Vec<f64> },
+    /// Which nodes' balls hold a row: those whose sum of squared differences to it is at most `greatest`.
+    Screen { centres: Vec<Vec<f64>>, greatest: f64, row: Vec<f64> },
     /// The additions and multiplications that the core does in a run that does nothing else.
     Peak { fused: bool },
 }
@@ -121,20 +124,19 @@ fn answer(question: Question, seconds: f64) -> Outcome<(Values, Vec<f64>)> {
             let (fit, nanoseconds) = measured(seconds, || logistic::fit(&rows, &labels, &parameters, None))?;
             Ok((Values::from([("weights", fit.weights), ("intercept", vec![fit.intercept])]), nanoseconds))
         }
-        Question::Screen { weights, intercepts, row } => {
-            if weights.len() != intercepts.len() || weights.iter().any(|weights| weights.len() != row.len()) {
-                return Err("the weights, the intercepts and the row are not of one shape".into());
+        Question::Screen { centres, greatest, row } => {
+            if centres.iter().any(|centre| centre.len() != row.len()) {
+                return Err("the centres and the row are not of one shape".into());
             }
-            let classifier = |(weights, intercept)| LogisticFit { weights, intercept, iterations: 0, converged: true };
-            let classifiers: Vec<LogisticFit> = weights.into_iter().zip(intercepts).map(classifier).collect();
-            let mut odds = vec![0.0; classifiers.len()];
-            let ((), nanoseconds) = measured(seconds, || {
-                let row = black_box(row.as_slice());
-                odds.iter_mut().zip(&classifiers).for_each(|(odds, classifier)| *odds = classifier.log_odds(row));
-                black_box(&odds);
-                Ok::<_, Box<dyn Error>>(())
-            })?;
-            Ok((Values::from([("log_odds", odds)]), nanoseconds))
+            let (scales, state) = (vec![1.0; row.len()], State::new(row));
+            let mut screen = Screen::default();
+            for (node, centre) in centres.iter().enumerate() {
+                screen.set(NodeId(u32::try_from(node)?), Some(Ball { scales: &scales, centre, greatest }));
+            }
+            let (passing, nanoseconds) =
+                measured(seconds, || Ok::<_, Box<dyn Error>>(black_box(&screen).passing(black_box(&state))))?;
+            let passing = passing.into_iter().map(|node| f64::from(node.0)).collect();
+            Ok((Values::from([("passing", passing)]), nanoseconds))
         }
         Question::Peak { fused } => {
             let (operations, nanoseconds) = measured(seconds, || Ok::<_, Box<dyn Error>>(Peak { fused }.run()))?;

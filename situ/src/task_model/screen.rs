@@ -1,13 +1,25 @@
-//! Which classifiers a state can activate at all: the scan of A1.6 over one block of memory instead of a node after the other.
+//! Which classifiers a state can activate at all: the scan of A1.6, eight nodes at once instead of a node after the other.
 
 use crate::demonstration::State;
 use crate::place::NodeId;
-use crate::primitive::{Ball, Initiation};
+use crate::primitive::Ball;
 use crate::vector::{EIGHT, loops};
 
 /// The ball of every node's classifier, in the order of their ids. It follows from the nodes, and says nothing that they do not.
+///
+/// ```
+/// use situ::demonstration::State;
+/// use situ::place::NodeId;
+/// use situ::primitive::Ball;
+/// use situ::task_model::screen::Screen;
+///
+/// let mut screen = Screen::default();
+/// screen.set(NodeId(0), Some(Ball { scales: &[0.1], centre: &[0.0], greatest: 4.0 }));
+/// screen.set(NodeId(1), Some(Ball { scales: &[0.1], centre: &[5.0], greatest: 4.0 }));
+/// assert_eq!(screen.passing(&State::new([0.4])), [NodeId(1)]);
+/// ```
 #[derive(Clone, Debug, Default)]
-pub(super) struct Screen {
+pub struct Screen {
     /// The scale of each feature; none where the classifiers have no ball.
     scales: Vec<f64>,
     ids: Vec<NodeId>,
@@ -32,9 +44,11 @@ impl Screen {
         1 + self.scales.len()
     }
 
-    /// Takes over a node's classifier, of a new node or of one that was here. New nodes come in the order of their ids.
-    pub(super) fn set(&mut self, id: NodeId, classifier: &impl Initiation) {
-        let ball = classifier.ball();
+    /// Takes over the ball of a node's classifier, of a new node or of one that was here; a node without one is never left out.
+    ///
+    /// # Panics
+    /// Where a new node's id is not the greatest so far, or the features are not as many as the first ball's.
+    pub fn set(&mut self, id: NodeId, ball: Option<Ball>) {
         if let (true, Some(ball)) = (self.ids.is_empty(), &ball) {
             self.scales = ball.scales.to_vec();
         }
@@ -52,13 +66,14 @@ impl Screen {
         let block = &mut self.blocks[first..first + width];
         block[0][lane] = f64::INFINITY;
         if let Some(Ball { centre, greatest, .. }) = ball {
+            assert_eq!(centre.len(), self.scales.len(), "all balls have the same features");
             block[0][lane] = greatest;
             block[1..].iter_mut().zip(centre).for_each(|(features, value)| features[lane] = *value);
         }
     }
 
     /// Takes a node out.
-    pub(super) fn remove(&mut self, id: NodeId) {
+    pub fn remove(&mut self, id: NodeId) {
         if let Ok(slot) = self.ids.binary_search(&id) {
             let first = slot / EIGHT * self.width();
             self.blocks[first][slot % EIGHT] = GONE;
@@ -66,7 +81,7 @@ impl Screen {
     }
 
     /// The nodes whose ball holds a state, in order.
-    pub(super) fn passing(&self, state: &State) -> Vec<NodeId> {
+    pub fn passing(&self, state: &State) -> Vec<NodeId> {
         let scaled: Vec<f64> = state.values().iter().zip(&self.scales).map(|(value, scale)| value / scale).collect();
         let mut passing = Vec::new();
         loops!(scan, (self, scaled.as_slice(), &mut passing));
@@ -122,28 +137,6 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// What [`Screen::set`] reads of a classifier.
-    struct Classifier {
-        scales: Vec<f64>,
-        centre: Vec<f64>,
-        greatest: Option<f64>,
-    }
-
-    impl Initiation for Classifier {
-        fn probability(&self, _: &State) -> f64 {
-            1.0
-        }
-
-        fn is_applicable(&self, _: &State) -> bool {
-            true
-        }
-
-        fn ball(&self) -> Option<Ball<'_>> {
-            let Self { scales, centre, greatest } = self;
-            greatest.map(|greatest| Ball { scales, centre, greatest })
-        }
-    }
-
     /// A step of a model's life.
     #[derive(Clone, Debug)]
     enum Step {
@@ -174,6 +167,7 @@ mod tests {
             let numbers = |whole: &[i8]| whole[..dimension].iter().map(|number| f64::from(*number)).collect::<Vec<f64>>();
             // The first has a ball: it is the one that brings the scales.
             let first = Step::Add { centre: vec![0; MOST], greatest: Some(3) };
+            let scales = vec![0.5; dimension];
             let mut screen = Screen::default();
             let mut nodes: Vec<Option<(Vec<f64>, Option<u16>)>> = Vec::new();
             for step in [first].into_iter().chain(steps) {
@@ -185,11 +179,10 @@ mod tests {
                 let id = NodeId(3 * index as u32);
                 match &node {
                     None => screen.remove(id),
-                    Some((centre, greatest)) => screen.set(id, &Classifier {
-                        scales: vec![0.5; dimension],
-                        centre: centre.clone(),
-                        greatest: greatest.map(f64::from),
-                    }),
+                    Some((centre, greatest)) => {
+                        let ball = |greatest| Ball { scales: &scales, centre, greatest: f64::from(greatest) };
+                        screen.set(id, greatest.map(ball));
+                    }
                 }
                 nodes.truncate(nodes.len().max(index));
                 if index == nodes.len() { nodes.push(node) } else { nodes[index] = node }
@@ -221,10 +214,7 @@ mod tests {
         let mut screen = Screen::default();
         for (node, centre) in centres.iter().enumerate() {
             let greatest = if node % 2 == 0 { sum(centre) } else { sum(centre).next_down() };
-            screen.set(
-                NodeId(node as u32),
-                &Classifier { scales: vec![1.0; 13], centre: centre.clone(), greatest: Some(greatest) },
-            );
+            screen.set(NodeId(node as u32), Some(Ball { scales: &[1.0; 13], centre, greatest }));
         }
         let even: Vec<NodeId> = (0..50).step_by(2).map(NodeId).collect();
         assert_eq!(screen.passing(&State::new(state)), even);
