@@ -6,10 +6,10 @@
 //!
 //! The emission is generic ([`EmissionDensity`]); a policy's is [`Emission`], a Gaussian over poses and a gripper command.
 
-mod columns;
 mod density;
 mod emission;
 mod fit;
+mod frames;
 mod gripper;
 mod inference;
 mod occupancy;

@@ -40,7 +40,6 @@ mod tests {
     use pulp::Scalar256b;
 
     use super::*;
-    use crate::vector::{Kernel, LANES, widest};
 
     fn one(x: f64) -> f64 {
         exp(Scalar256b, Four::splat(Scalar256b, x)).numbers()[0]
@@ -70,28 +69,5 @@ mod tests {
         assert_eq!(one(-708.1), 0.0);
         assert_eq!(one(f64::INFINITY), f64::INFINITY);
         assert_eq!(one(1000.0), f64::INFINITY);
-    }
-
-    /// With and without the processor's vectors the bits are the same.
-    #[test]
-    fn the_same_bits_on_the_widest_vectors() {
-        struct Exponentials<'a>(&'a mut [[f64; LANES]]);
-        impl Kernel for Exponentials<'_> {
-            type Output = ();
-
-            #[inline(always)]
-            fn run<S: Wide>(self, simd: S) {
-                for numbers in self.0 {
-                    *numbers = exp(simd, Four::new(simd, *numbers)).numbers();
-                }
-            }
-        }
-        let arguments: Vec<[f64; LANES]> =
-            (0..2000).map(|step| [0, 1, 2, 3].map(|lane| 0.2 * f64::from(4 * step + lane) - 750.0)).collect();
-        let (mut found, mut expected) = (arguments.clone(), arguments);
-        widest(Exponentials(&mut found));
-        Exponentials(&mut expected).run(Scalar256b);
-        let bits = |numbers: &[[f64; LANES]]| numbers.as_flattened().iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-        assert_eq!(bits(&found), bits(&expected));
     }
 }

@@ -1,5 +1,7 @@
 //! Logarithm, exponential and mean of poses.
 
+use core::f64::consts::PI;
+
 use nalgebra::{Quaternion, UnitQuaternion};
 use proptest::prelude::*;
 use situ::demonstration::Pose;
@@ -84,4 +86,23 @@ fn a_mean_of_nothing_is_the_identity_and_of_one_pose_itself() {
     // Opposite ends of a half turn have no chordal mean, and yet a mean: one of the two in the middle.
     let mean = karcher_mean(&[Pose::identity(), pose_of([0.0; 3], [0.0, 0.0, 3.1])], &[1.0, 1.0]);
     assert!((log(&Pose::identity(), &mean).norm() - 1.55).abs() < 1e-9);
+}
+
+/// The length of the logarithm is the angle, by the arc tangent of the standard library, at all angles and to the last digits.
+#[test]
+fn the_logarithm_loses_no_digit_at_any_angle() {
+    let angles = (0..=1000).map(|step| f64::from(step) / 1000.0 * PI).chain((1..300).map(|step| 10_f64.powi(-step)));
+    for angle in angles {
+        for axis in [[1.0, 0.0, 0.0], [0.6, 0.0, -0.8], [2.0 / 3.0, -1.0 / 3.0, 2.0 / 3.0]] {
+            let [i, j, k] = axis.map(|part| part * (0.5 * angle).sin());
+            let quaternion = Quaternion::new((0.5 * angle).cos(), i, j, k);
+            let expected = 2.0 * (i * i + j * j + k * k).sqrt().atan2(quaternion.w);
+            let found = rotation_log(&UnitQuaternion::new_unchecked(quaternion)).norm();
+            // The squares of the least are no numbers any more.
+            if angle > 1e-150 {
+                assert!((found - expected).abs() <= 4.0 * f64::EPSILON * expected, "{angle}: {found}");
+            }
+            assert!((found - angle).abs() <= 4.0 * f64::EPSILON * angle || angle <= 1e-150, "{angle}: {found}");
+        }
+    }
 }

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 
-use super::columns::Frames;
+use super::frames::Frames;
 use super::gripper::GripperEmission;
 use super::{EmissionDensity, HmmError, HmmParameters};
 use crate::demonstration::{Gripper, Pose};

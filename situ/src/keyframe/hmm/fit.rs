@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix6, Translation3, Vector3};
 
-use super::columns::{Frames, Residuals, mean_step};
 use super::emission::Covariance;
+use super::frames::{Frames, Residuals, mean_step};
 use super::inference::Recursion;
 use super::transition::{farthest, last_start, proportions};
 use super::{Emission, GripperEmission, Hmm, HmmError, HmmParameters, Observation};

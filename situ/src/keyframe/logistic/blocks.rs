@@ -267,7 +267,7 @@ fn add_square((left, right, size, square): (&[Eight], &Blocks, usize, &mut Block
 mod tests {
     use super::*;
 
-    /// Compiled for any processor and for the widest vectors of this one, a kernel has the same bits.
+    /// Compiled for any processor and for the widest vectors of this one, a kernel has the same bits, and they are the sum that they say.
     #[test]
     fn the_same_bits_on_the_widest_vectors() {
         let rows: Vec<Vec<f64>> =

@@ -323,7 +323,7 @@ impl Moments<'_> {
 
 /// The mean's next step, from the weighted sum of the turns and their scatter about the mean, both over the weights' sum.
 ///
-/// The logarithm's slope at a turn r is 1 + ([r]×)²/12 and higher terms; with it the steps converge at once where the turns are small.
+/// The logarithm's slope at a turn r is 1 + (r×)²/12 and higher terms; with it the steps converge at once where the turns are small.
 pub(super) fn mean_step(turn: &Vector3<f64>, scatter: &Matrix3<f64>) -> Vector3<f64> {
     let slope = Matrix3::identity() - (Matrix3::from_diagonal_element(scatter.trace()) - scatter) / 12.0;
     // Its eigenvalues are above 0.1 whatever the turns: they are at most π long.
@@ -342,7 +342,7 @@ mod tests {
 
     /// Blocks of frames and one frame after the other, near the mean and as far as a rotation can be.
     #[test]
-    fn columns_are_what_one_frame_after_the_other_is() {
+    fn blocks_are_what_one_frame_after_the_other_is() {
         let mut rng = ChaCha8Rng::seed_from_u64(5);
         let mut draw = |spread: f64| spread * (rng.random::<f64>() - 0.5);
         let mean = exp(&Pose::identity(), &Tangent::from_fn(|_, _| draw(2.0)));
