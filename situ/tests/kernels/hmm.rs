@@ -157,6 +157,9 @@ fn what_never_ends_is_infinitely_long_and_what_has_no_frame_impossible() {
     assert!((hmm.expected_length() - 4.0).abs() < 1e-12);
     assert_eq!(hmm.log_likelihood(&[]), f64::NEG_INFINITY);
     assert!(hmm.expectations(&[]).is_none());
+    assert_eq!(hmm.total_log_likelihood::<Vec<f64>>(&[]), 0.0);
+    assert_eq!(hmm.total_log_likelihood::<Vec<f64>>(&[vec![], vec![]]), 0.0);
+    assert_eq!(hmm.total_log_likelihood(&[vec![], vec![0.0]]), hmm.log_likelihood(&[0.0]));
     hmm.transition[3] = 1.0;
     hmm.end[1] = 0.0;
     assert_eq!(hmm.expected_length(), f64::INFINITY);

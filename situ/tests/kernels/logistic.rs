@@ -198,3 +198,19 @@ fn what_cannot_be_fitted_is_refused() {
     let wrong = LogisticParameters { ridge: 0.0, ..parameters };
     assert!(matches!(fit(&[&[1.0]], &[true], &wrong, None), Err(LogisticError::Parameter { parameter: "ridge", .. })));
 }
+
+/// Without features there is the intercept alone: the log odds of the mean target.
+#[test]
+fn no_feature_and_one_sample_are_no_exception() {
+    for path in [Path::Primal, Path::Dual] {
+        let parameters = LogisticParameters { path, balanced: false, ..LogisticParameters::default() };
+        let found = fit(&[&[], &[], &[]], &[true, false, false], &parameters, None).unwrap();
+        let mean: f64 = (0.95 + 0.05 + 0.05) / 3.0;
+        assert!(
+            found.converged && found.weights.is_empty() && (found.probability(&[]) - mean).abs() < 1e-8,
+            "{found:?}"
+        );
+        let found = fit(&[&[0.3, -2.0]], &[true], &parameters, None).unwrap();
+        assert!(found.converged && (found.probability(&[0.3, -2.0]) - 0.95).abs() < 1e-6, "{found:?}");
+    }
+}

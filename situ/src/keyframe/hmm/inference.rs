@@ -180,6 +180,9 @@ impl Recursion {
     }
 
     fn go<E, const BACK: bool>(&mut self, hmm: &Hmm<E>) -> &[f64] {
+        if self.lanes.is_empty() {
+            return &[];
+        }
         let k = self.states;
         let is_plain = self.chain.set(hmm);
         if is_plain {
