@@ -25,7 +25,8 @@ likelihoods, proportions) is left out: it is less than a hundredth.
 
 The logarithm of a rotation: the quaternion's product with the mean's conjugate, 28; the squared sine, 5; a series of
 12 coefficients, 22; its factor and the vector, 4. The exponential is counted as the crate `libm` computes it: the
-multiple of log 2, 2; the rest of it in two parts, 4; a square, 1; a polynomial, 10; a quotient and the sum, 6.
+multiple of log 2, 2; the rest of it in two parts, 4; a square, 1; a polynomial, 10; a quotient and the sum, 6. Ours has
+longer polynomials for both, so as to have no root, quotient or branch; what they take beyond these is not counted.
 """
 
 from dataclasses import dataclass
