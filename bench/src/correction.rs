@@ -4,24 +4,23 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use situ::correction::{Correction as Corrected, Told};
-use situ::demonstration::{Demonstration, Kind, Schema};
+use situ::demonstration::{Demonstration, Kind};
 use situ::edit::difference;
 use situ::method::{Learned, Method};
 use situ::place::{NodeId, Place};
 use situ::structure::Structure;
 use situ_tasks::{Episode, EpisodeSnapshot, Setting, Skill};
-use situ_teachers::{Onset, convert};
+use situ_teachers::Onset;
 
+use crate::conditions::Conditions;
 use crate::cost;
 use crate::error::BenchError;
 use crate::evaluation::{Evaluation, Until};
 use crate::lesson::Lesson;
 use crate::record::{Correction, Effort, Run};
 use crate::rollout::{Ended, Rollout, Watched, rollout};
-use crate::session::{Surroundings, Taught, effort_of};
-
-/// Attempts at a correction before the teacher gives up: a novice fails about one in five, so this is one in hundreds.
-const ATTEMPTS: u32 = 4;
+use crate::stop::{self, Stop};
+use crate::teaching::{ATTEMPTS, OriginalTask};
 
 /// A robot under correction: its task model, and what it was shown.
 pub struct Robot<'a> {
@@ -37,8 +36,14 @@ struct Failure {
     snapshot: EpisodeSnapshot,
     trigger: String,
     last: Place,
-    last_reference: Option<String>,
     interrupted: Option<NodeId>,
+}
+
+/// A failure, what the teacher showed from there, and what that took.
+struct Shown {
+    failure: Failure,
+    demonstration: Demonstration,
+    effort: Effort,
 }
 
 impl<'a> Robot<'a> {
@@ -47,14 +52,13 @@ impl<'a> Robot<'a> {
     /// # Errors
     /// Where the method cannot learn the demonstrations.
     pub fn taught(
-        surroundings: &Surroundings<'_>,
-        original: &Setting,
+        conditions: &Conditions<'_>,
         method: &'a dyn Method,
-        taught: &Taught,
+        task: &OriginalTask,
         folder: String,
     ) -> Result<Self, BenchError> {
-        let model = method.teach(&convert::schema(original)?, &taught.demonstrations, surroundings.learner_seed())?;
-        Ok(Self { method, model, lesson: Lesson::new(method, &taught.demonstrations), folder })
+        let model = conditions.learned(method, &task.demonstrations)?;
+        Ok(Self { method, model, lesson: Lesson::new(method, &task.demonstrations), folder })
     }
 
     /// Its task model.
@@ -71,11 +75,30 @@ impl<'a> Robot<'a> {
     pub fn structure(&self) -> Option<Structure> {
         self.lesson.score(&self.model.graph())
     }
+
+    /// Folds a correction in; returns its record. Skills that the teacher named are no longer among those that `told` says to have
+    /// changed.
+    fn correct(&mut self, shown: Shown, told: &mut Told) -> Result<Correction, BenchError> {
+        let Shown { failure: Failure { trigger, last, interrupted, .. }, demonstration, effort } = shown;
+        let before = self.model.graph();
+        let correction = Corrected { interrupted, told: Some(&*told), ..Corrected::after(last, &demonstration) };
+        let (trace, update_seconds) = cost::timed(|| self.model.correct(correction));
+        let trace = trace?;
+        for name in demonstration.keyframes().iter().filter_map(|keyframe| keyframe.narration.as_ref()) {
+            told.changed.remove(name);
+        }
+        self.lesson.corrected(self.method, &before, last, interrupted, demonstration);
+        let made = difference(&before, &self.model.graph());
+        Ok(Correction::new(trigger, stop::reference(&before, last), effort, &made, &trace, update_seconds))
+    }
 }
 
-impl Surroundings<'_> {
-    /// Corrects the robot on a setting until the target is reached or the budget is used up, `before` being its evaluation there.
+impl Conditions<'_> {
+    /// Corrects the robot on a setting until the target is reached or the budget is used up. `before` is its evaluation there.
     /// What it took is added to the run. Returns the last evaluation.
+    ///
+    /// # Errors
+    /// What the task, the teacher or the method refuses; what the archive cannot write; [`BenchError::Interrupted`].
     pub fn correct(
         &self,
         robot: &mut Robot<'_>,
@@ -83,7 +106,6 @@ impl Surroundings<'_> {
         before: &Evaluation,
         run: &mut Run,
     ) -> Result<Evaluation, BenchError> {
-        let schema = convert::schema(setting)?;
         let budget = self.protocol.budget.corrections;
         let mut last = before.clone();
         let mut told = Told { changed: changed(setting) };
@@ -91,49 +113,44 @@ impl Surroundings<'_> {
             if self.is_reached(&last) {
                 break;
             }
-            let Some((failure, demonstration, effort)) =
-                self.correction(robot.model(), setting, &schema, &last, round)?
-            else {
-                // No failure from which this teacher can still show the way: more corrections will not come.
+            let Some(shown) = self.shown(robot.model(), setting, &last, round)? else {
+                // There is no failure from which this teacher can still show the way, so no further correction will come.
                 last = self.evaluate(robot.model(), setting, round, Until::Done)?;
                 break;
             };
-            let graph = robot.model.graph();
-            if let Some(archive) = self.archive {
-                let path = format!("{}/{}-correction-{round}", self.folder(setting), robot.folder);
-                let before = robot.lesson.before(&graph, failure.last, failure.interrupted);
-                archive.write(&path, &demonstration, &schema, &before)?;
-            }
-            let met = Corrected {
-                interrupted: failure.interrupted,
-                told: Some(&told),
-                ..Corrected::after(failure.last, &demonstration)
-            };
-            let (trace, update_seconds) = cost::timed(|| robot.model.correct(met));
-            let trace = trace?;
-            for name in demonstration.keyframes().iter().filter_map(|keyframe| keyframe.narration.as_ref()) {
-                told.changed.remove(name);
-            }
-            robot.lesson.corrected(robot.method, &graph, failure.last, failure.interrupted, demonstration);
-            let made = difference(&graph, &robot.model.graph());
+            self.archive_correction(robot, setting, &shown, round)?;
+            run.effort += shown.effort;
+            let correction = robot.correct(shown, &mut told)?;
             last = self.evaluate(robot.model(), setting, round + 1, self.until(round, budget))?;
-            run.effort += effort;
-            let last_reference = failure.last_reference.unwrap_or_else(|| "START".to_owned());
-            let correction = Correction::new(failure.trigger, last_reference, effort, &made, &trace, update_seconds);
             run.corrections.push(Correction { after: Some(last.rate), ..correction });
         }
         Ok(last)
     }
 
+    /// Writes a correction into the archive, where there is one.
+    fn archive_correction(
+        &self,
+        robot: &Robot<'_>,
+        setting: &Setting,
+        shown: &Shown,
+        round: u32,
+    ) -> Result<(), BenchError> {
+        let Some(archive) = self.archive else { return Ok(()) };
+        let Shown { failure, demonstration, .. } = shown;
+        let stop = Stop::of(&robot.model.graph(), failure.last, failure.interrupted);
+        let before = robot.lesson.before(demonstration.name(), stop)?;
+        let path = format!("{}/{}-correction-{round}", self.folder(setting), robot.folder);
+        archive.write(&path, demonstration, self.schema, &before)
+    }
+
     /// The first failure of the last evaluation from which the teacher manages to show the way, and what was shown.
-    fn correction(
+    fn shown(
         &self,
         model: &dyn Learned,
         setting: &Arc<Setting>,
-        schema: &Schema,
         last: &Evaluation,
         round: u32,
-    ) -> Result<Option<(Failure, Demonstration, Effort)>, BenchError> {
+    ) -> Result<Option<Shown>, BenchError> {
         for index in &last.failures {
             self.check_interrupt()?;
             let Some(failure) = self.watch(model, setting, round, *index)? else { continue };
@@ -142,16 +159,16 @@ impl Surroundings<'_> {
                 let seed = self.stream(setting, "correct", &[round, *index, attempt]);
                 let name = format!("{}-correction-{round}", setting.label());
                 let shown =
-                    self.teacher.demonstrate(&name, Kind::Corrective, schema, &mut episode, seed, &mut |_| {})?;
+                    self.teacher.demonstrate(&name, Kind::Corrective, self.schema, &mut episode, seed, &mut |_| {})?;
                 if let (true, Some(demonstration)) = (shown.clean, shown.demonstration) {
-                    return Ok(Some((failure, demonstration, effort_of(&shown.effort))));
+                    return Ok(Some(Shown { failure, demonstration, effort: Effort::from(&shown.effort) }));
                 }
             }
         }
         Ok(None)
     }
 
-    /// The same rollout again, with the teacher watching: the failure, as the teacher finds it, who may come too early or too late.
+    /// The same rollout again, with the teacher watching. The failure is as the teacher finds it, who may come too early or too late.
     fn watch(
         &self,
         model: &dyn Learned,
@@ -180,8 +197,8 @@ impl Surroundings<'_> {
         }
         let trigger = if rollout.ended == Ended::End { "wrong outcome".to_owned() } else { rollout.ended.to_string() };
         let snapshot = episode.snapshot();
-        let Rollout { last, last_reference, interrupted, .. } = rollout;
-        Ok(Some(Failure { snapshot, trigger, last, last_reference, interrupted }))
+        let Rollout { last, interrupted, .. } = rollout;
+        Ok(Some(Failure { snapshot, trigger, last, interrupted }))
     }
 }
 

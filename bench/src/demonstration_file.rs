@@ -52,10 +52,13 @@ use nalgebra::{Quaternion, Translation3, UnitQuaternion};
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use situ::demonstration::{Demonstration, Feature, Gripper, Keyframe, Kind, Pose, Schema, State};
+use situ::place::SegmentId;
 use situ::segmentation::by_reference_object;
 
 use crate::error::BenchError;
 use crate::json_lines::line_of;
+use crate::record::count;
+use crate::stop::Stop;
 
 /// How far the length of a quaternion may be from 1: what a few printed decimals lose.
 const QUATERNION_TOLERANCE: f64 = 1e-3;
@@ -279,8 +282,17 @@ fn checked(file: File) -> Result<(Demonstration, Schema, Before), Mistake> {
 }
 
 impl Before {
+    /// A stop in the words of a file; `shown` are the names of the earlier demonstrations in order.
+    pub fn of(stop: &Stop, shown: &[&str]) -> Self {
+        let instance = |SegmentId { demonstration, index }| Instance {
+            demonstration: shown[demonstration as usize].to_owned(),
+            segment: index,
+        };
+        Self { after: stop.last.map(instance), interrupted: stop.interrupted.map(instance) }
+    }
+
     /// Both, each under its key.
-    pub fn named(&self) -> [(&'static str, Option<&Instance>); 2] {
+    fn named(&self) -> [(&'static str, Option<&Instance>); 2] {
         [("after", self.after.as_ref()), ("interrupted", self.interrupted.as_ref())]
     }
 }
@@ -332,9 +344,22 @@ impl DemonstrationFile {
         refuse(&self.path, &self.text, key, problem)
     }
 
-    /// The number of its segments.
-    pub fn segments(&self) -> usize {
-        by_reference_object(&self.demonstration).len()
+    /// The segment that `instance`, the value of `key`, names among the demonstrations of the `former` files.
+    fn segment(&self, key: &str, instance: &Instance, former: &[Self]) -> Result<SegmentId, BenchError> {
+        let Instance { demonstration, segment } = instance;
+        let Some(number) = former.iter().position(|other| **other.demonstration.name() == **demonstration) else {
+            let known: Vec<String> = former.iter().map(|other| format!("`{}`", other.demonstration.name())).collect();
+            let known = known.join(", ");
+            let problem = format!("no demonstration `{demonstration}` before this one, expected one of {known}");
+            return Err(self.refuse(&format!("{key}.demonstration"), problem));
+        };
+        let segments = by_reference_object(&former[number].demonstration).len();
+        if *segment as usize >= segments {
+            let problem =
+                format!("{segment}, expected 0 to {} (`{demonstration}` has {segments} segments)", segments - 1);
+            return Err(self.refuse(&format!("{key}.segment"), problem));
+        }
+        Ok(SegmentId { demonstration: count(number), index: *segment })
     }
 }
 
@@ -343,12 +368,13 @@ fn refuse(path: &Path, text: &str, key: &str, problem: impl Into<String>) -> Ben
     BenchError::Demonstration { path: path.to_owned(), line, key: key.to_owned(), problem: problem.into() }
 }
 
-/// Checks files that are learned together, in the order in which they are learned: one schema, names used once, and each
-/// `after` and `interrupted` a segment of a demonstration before it.
+/// Checks files that are learned together, in the order in which they are learned: they have one schema, no name twice, and
+/// each `after` and `interrupted` is a segment of an earlier demonstration. Returns where the robot had stopped before each.
 ///
 /// # Errors
 /// [`BenchError::Demonstration`].
-pub fn check_together(files: &[DemonstrationFile]) -> Result<(), BenchError> {
+pub fn check_together(files: &[DemonstrationFile]) -> Result<Vec<Stop>, BenchError> {
+    let mut stops = Vec::with_capacity(files.len());
     for (index, file) in files.iter().enumerate() {
         let former = &files[..index];
         let name = file.demonstration.name();
@@ -365,24 +391,13 @@ pub fn check_together(files: &[DemonstrationFile]) -> Result<(), BenchError> {
             let problem = format!("expected the schema of {}: all files of one call share it", first.path.display());
             return Err(file.refuse(&key, problem));
         }
-        for (key, primitive) in file.before.named() {
-            let Some(Instance { demonstration, segment }) = primitive else { continue };
-            let Some(other) = former.iter().find(|other| **other.demonstration.name() == **demonstration) else {
-                let known: Vec<String> =
-                    former.iter().map(|other| format!("`{}`", other.demonstration.name())).collect();
-                let problem =
-                    format!("no demonstration `{demonstration}` before this one, expected one of {}", known.join(", "));
-                return Err(file.refuse(&format!("{key}.demonstration"), problem));
-            };
-            let segments = other.segments();
-            if *segment as usize >= segments {
-                let problem =
-                    format!("{segment}, expected 0 to {} (`{demonstration}` has {segments} segments)", segments - 1);
-                return Err(file.refuse(&format!("{key}.segment"), problem));
-            }
-        }
+        let [last, interrupted] = file
+            .before
+            .named()
+            .map(|(key, instance)| instance.map(|instance| file.segment(key, instance, former)).transpose());
+        stops.push(Stop { last: last?, interrupted: interrupted? });
     }
-    Ok(())
+    Ok(stops)
 }
 
 /// The text of a demonstration file.

@@ -4,10 +4,13 @@ use std::io;
 use std::path::PathBuf;
 
 use situ::error::SituError;
+use situ::place::{NodeId, SegmentId};
 use situ_sim::SimError;
 use situ_tasks::TaskError;
 use situ_teachers::TeacherError;
 use thiserror::Error;
+
+use crate::stop::{Nameless, Unheld};
 
 /// An error of the harness; each variant says where, and what would be right.
 #[derive(Debug, Error)]
@@ -82,6 +85,29 @@ pub enum BenchError {
     /// Arguments that do not go together.
     #[error("{0}")]
     Argument(String),
+    /// A correction that was given at a node which holds no segment: nothing outside the model can name that node.
+    #[error("correction `{correction}`: {node} of the model holds no segment, so its stop there cannot be written")]
+    Nameless {
+        /// The corrective demonstration's name.
+        correction: String,
+        /// The node.
+        node: NodeId,
+    },
+    /// A correction that another model cannot place: none of its nodes holds the segment by which the robot had stopped.
+    #[error(
+        "correction `{correction}`: `{method}` keeps no node that holds segment {} of demonstration {} (`{key}`)",
+        segment.index, segment.demonstration
+    )]
+    Unheld {
+        /// The corrective demonstration's name.
+        correction: String,
+        /// The method whose model it is.
+        method: &'static str,
+        /// `after` or `interrupted`: which primitive of the stop the segment names.
+        key: &'static str,
+        /// The segment.
+        segment: SegmentId,
+    },
     /// A demonstration that could not be learned.
     #[error("{}: {source}", path.display())]
     Learn {
@@ -146,6 +172,16 @@ impl BenchError {
     /// A name that nothing has; lists the names there are.
     pub fn unknown<'a>(what: &'static str, name: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
         Self::Unknown { what, name: name.to_owned(), known: known.into_iter().collect::<Vec<_>>().join(", ") }
+    }
+
+    /// A correction's stop at a node that holds no segment.
+    pub fn nameless(correction: &str, Nameless(node): Nameless) -> Self {
+        Self::Nameless { correction: correction.to_owned(), node }
+    }
+
+    /// A correction's stop that a method's model does not hold.
+    pub fn unheld(correction: &str, method: &'static str, Unheld { key, segment }: Unheld) -> Self {
+        Self::Unheld { correction: correction.to_owned(), method, key, segment }
     }
 
     /// The program's exit status: 1 where the machine failed, 2 where the input was bad.

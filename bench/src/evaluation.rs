@@ -9,10 +9,10 @@ use rayon::prelude::*;
 use situ::method::Learned;
 use situ_tasks::{Episode, Setting, TaskError};
 
+use crate::conditions::Conditions;
 use crate::error::BenchError;
 use crate::record::Rate;
 use crate::rollout::{Ended, Execute, Rollout, Watched, rollout};
-use crate::session::Surroundings;
 
 /// Rollouts between two looks at whether the target is out of reach. Fixed, so that no number of threads changes what is rolled out.
 const BATCH: usize = 4;
@@ -62,7 +62,7 @@ impl Evaluation {
     }
 }
 
-impl Surroundings<'_> {
+impl Conditions<'_> {
     /// Rolls the model out from fresh starts; `round` names them. An evaluation `until` the target is out of reach stops after the
     /// batch in which that became certain: enough to know that the model must be corrected further, not to say how well it does.
     pub fn evaluate(

@@ -1,21 +1,20 @@
-//! What a robot was shown, in order, and what it had done before: to name it, to score the model by it, and to teach another the same.
+//! What a robot was shown, in order, and where it had stopped: to score its model by it, and to teach another model the same.
 
 use situ::correction::Correction;
 use situ::demonstration::{Demonstration, Schema};
-use situ::error::SituError;
 use situ::graph::Graph;
 use situ::method::{Learned, Method};
-use situ::place::{NodeId, Place, SegmentId};
+use situ::place::{NodeId, Place};
 use situ::structure::{Structure, Truth};
 
-use crate::demonstration_file::{Before, Instance};
+use crate::demonstration_file::Before;
+use crate::error::BenchError;
+use crate::stop::{Nameless, Stop};
 
-/// A correction that was given. Primitives are named by the first segment that they held then: that outlives their nodes.
+/// A correction that was given.
 struct Given {
     demonstration: Demonstration,
-    /// What had run; `None` for START.
-    last: Option<SegmentId>,
-    interrupted: Option<SegmentId>,
+    stop: Result<Stop, Nameless>,
 }
 
 /// All that a robot was shown.
@@ -33,7 +32,7 @@ impl Lesson {
         Self { originals: originals.to_vec(), corrections: Vec::new(), truth }
     }
 
-    /// A correction more, given when the model was this.
+    /// One more correction. `model` is the robot's model before it.
     pub fn corrected(
         &mut self,
         method: &dyn Method,
@@ -43,21 +42,17 @@ impl Lesson {
         demonstration: Demonstration,
     ) {
         self.truth.correction(&demonstration, &method.segments(&demonstration), last, model);
-        let last = if let Place::Node(id) = last { held(model, id) } else { None };
-        let interrupted = interrupted.and_then(|id| held(model, id));
-        self.corrections.push(Given { demonstration, last, interrupted });
+        self.corrections.push(Given { demonstration, stop: Stop::of(model, last, interrupted) });
     }
 
-    /// What the robot did before a correction, in the words of a demonstration file.
-    pub fn before(&self, model: &Graph, last: Place, interrupted: Option<NodeId>) -> Before {
-        let instance = |id| {
-            let segment = held(model, id)?;
-            let corrections = self.corrections.iter().map(|given| &given.demonstration);
-            let shown = self.originals.iter().chain(corrections).nth(segment.demonstration as usize)?;
-            Some(Instance { demonstration: shown.name().to_string(), segment: segment.index })
-        };
-        let after = if let Place::Node(id) = last { instance(id) } else { None };
-        Before { after, interrupted: interrupted.and_then(instance) }
+    /// A stop in the words of the demonstration file of the next correction, `name`.
+    ///
+    /// # Errors
+    /// [`BenchError::Nameless`].
+    pub fn before(&self, name: &str, stop: Result<Stop, Nameless>) -> Result<Before, BenchError> {
+        let corrections = self.corrections.iter().map(|given| &given.demonstration);
+        let shown: Vec<&str> = self.originals.iter().chain(corrections).map(|shown| &**shown.name()).collect();
+        stop.map(|stop| Before::of(&stop, &shown)).map_err(|nameless| BenchError::nameless(name, nameless))
     }
 
     /// The score of the structure that the lesson led to; `None` where the teacher was silent.
@@ -65,26 +60,21 @@ impl Lesson {
         self.truth.score(model)
     }
 
-    /// What another method makes of the lesson, one whose graphs name the same segments. A correction begins after the primitive that holds
-    /// what it began after.
+    /// What another method makes of the lesson. Its graphs must name the same segments. A correction begins after the primitive that
+    /// holds what it began after.
     ///
     /// # Errors
-    /// Where that method refuses a demonstration.
-    pub fn taught_to(&self, method: &dyn Method, schema: &Schema, seed: u64) -> Result<Box<dyn Learned>, SituError> {
+    /// Where that method refuses a demonstration; [`BenchError::Nameless`], [`BenchError::Unheld`] where a correction's stop is no
+    /// place of its model.
+    pub fn taught_to(&self, method: &dyn Method, schema: &Schema, seed: u64) -> Result<Box<dyn Learned>, BenchError> {
         let mut learned = method.teach(schema, &self.originals, seed)?;
-        for Given { demonstration, last, interrupted } in &self.corrections {
-            let graph = learned.graph();
-            let holders = graph.holders();
-            let holder = |segment: &Option<SegmentId>| segment.and_then(|id| holders.get(&id)).map(|node| node.id);
-            let last = holder(last).map_or(Place::Start, Place::Node);
-            let interrupted = holder(interrupted);
+        for Given { demonstration, stop } in &self.corrections {
+            let name = demonstration.name();
+            let stop = stop.map_err(|nameless| BenchError::nameless(name, nameless))?;
+            let place = stop.in_model(&learned.graph());
+            let (last, interrupted) = place.map_err(|unheld| BenchError::unheld(name, method.name(), unheld))?;
             learned.correct(Correction { interrupted, ..Correction::after(last, demonstration) })?;
         }
         Ok(learned)
     }
-}
-
-/// The first segment that a node holds.
-fn held(model: &Graph, id: NodeId) -> Option<SegmentId> {
-    model.nodes.iter().find(|node| node.id == id)?.segments.first().copied()
 }

@@ -11,6 +11,7 @@
 pub mod archive;
 pub mod baseline;
 pub mod cmd;
+pub mod conditions;
 pub mod correction;
 pub mod cost;
 pub mod demonstration_file;
@@ -31,7 +32,9 @@ pub mod rollout;
 pub mod runner;
 pub mod session;
 pub mod stats;
+pub mod stop;
 pub mod synthetic;
 pub mod tables;
+pub mod teaching;
 #[doc = include_str!("../docs/tutorial.md")]
 pub mod tutorial {}

@@ -125,6 +125,14 @@ pub struct Effort {
     pub metres: f64,
 }
 
+impl From<&situ_teachers::Effort> for Effort {
+    /// The effort of one demonstration.
+    fn from(effort: &situ_teachers::Effort) -> Self {
+        let situ_teachers::Effort { keyframes, seconds, metres } = *effort;
+        Self { demonstrations: 1, keyframes, seconds, metres }
+    }
+}
+
 impl AddAssign for Effort {
     fn add_assign(&mut self, other: Self) {
         self.demonstrations += other.demonstrations;

@@ -105,8 +105,6 @@ pub struct Rollout {
     pub ended: Ended,
     /// The primitive that ran last to its end; START where none did.
     pub last: Place,
-    /// Its reference object.
-    pub last_reference: Option<String>,
     /// The primitive that was begun and did not run to its end.
     pub interrupted: Option<NodeId>,
     /// Whether the goal holds in the world as it was left.
@@ -127,7 +125,6 @@ pub fn rollout(
     observer: &mut dyn FnMut(&World),
 ) -> Result<Rollout, BenchError> {
     let mut last = Place::Start;
-    let mut last_reference = None;
     let mut interrupted = None;
     let mut primitives = Vec::new();
     let mut watch = Watch { watched: execute.watched, missed: 0 };
@@ -156,13 +153,12 @@ pub fn rollout(
         }
         // What the teacher sees after a primitive, it sees after the primitive has run.
         last = child;
-        last_reference = Some(reference.to_string());
         if let Some(reason) = watch.stops(episode, Moment::After, &reference) {
             break reason;
         }
     };
     let ended = if episode.is_sound() { ended } else { Ended::Spoilt };
-    Ok(Rollout { ended, last, last_reference, interrupted, success: episode.succeeded(), primitives })
+    Ok(Rollout { ended, last, interrupted, success: episode.succeeded(), primitives })
 }
 
 /// Performs one primitive; says why where it was not performed to its end.

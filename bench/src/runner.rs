@@ -6,19 +6,21 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use rayon::prelude::*;
+use situ::demonstration::Schema;
 use situ::edit::Edit;
 use situ::method::{self, KEYFRAME_AUTOMATON, Method, Role};
 use situ_tasks::{Registry, Setting};
-use situ_teachers::{Roster, Teacher};
+use situ_teachers::{Roster, Teacher, convert};
 
 use crate::archive::Archive;
+use crate::conditions::Conditions;
 use crate::cost::Subject;
 use crate::error::BenchError;
 use crate::ledger::Ledger;
 use crate::protocol::Protocol;
 use crate::record::{Identity, Key, Record, count};
-use crate::session::{Surroundings, Taught};
 use crate::synthetic::Parameters;
+use crate::teaching::OriginalTask;
 
 /// Which of a protocol's runs to do: of each list all that it names, everything where it is empty.
 #[derive(Clone, Debug, Default)]
@@ -58,6 +60,7 @@ struct Group {
     sequences: Vec<(String, Vec<Arc<Setting>>)>,
     teacher: Teacher,
     seed: u64,
+    schema: Arc<Schema>,
 }
 
 /// Told how the runs go on.
@@ -129,16 +132,18 @@ impl Plan {
             if variations.is_empty() && sequences.is_empty() {
                 continue;
             }
+            let original = task.variation(None)?;
+            let schema = Arc::new(convert::schema(&original)?);
             for teacher in teachers {
                 let teacher = Teacher::new(roster.get(teacher)?.clone());
                 for seed in first_seed..first_seed.saturating_add(protocol.seeds) {
-                    let original = task.variation(None)?;
                     groups.push(Group {
-                        original,
+                        original: Arc::clone(&original),
                         variations: variations.clone(),
                         sequences: sequences.clone(),
                         teacher: teacher.clone(),
                         seed,
+                        schema: Arc::clone(&schema),
                     });
                 }
             }
@@ -236,10 +241,11 @@ impl Plan {
             }
         }
         self.groups.par_iter().try_for_each(|group| {
-            let surroundings = Surroundings {
+            let conditions = Conditions {
                 protocol: &self.protocol,
                 teacher: &group.teacher,
                 seed: group.seed,
+                schema: &group.schema,
                 interrupted,
                 archive,
             };
@@ -249,7 +255,7 @@ impl Plan {
             };
             let methods = || self.methods.iter().map(|method| &**method);
             let singles = group.variations.iter().map(|setting| {
-                let left = methods().filter(|method| !is_done(surroundings.key(setting, *method)));
+                let left = methods().filter(|method| !is_done(conditions.key(setting, *method)));
                 (setting, left.collect::<Vec<_>>())
             });
             let singles: Vec<_> = singles.filter(|(_, left)| !left.is_empty()).collect();
@@ -257,7 +263,7 @@ impl Plan {
             let stages_left = |name: &str, settings: &[Arc<Setting>], method: &dyn Method| {
                 let stages = settings.iter().enumerate();
                 let left =
-                    stages.filter(|(index, setting)| !is_done(surroundings.stage_key(name, *index, setting, method)));
+                    stages.filter(|(index, setting)| !is_done(conditions.stage_key(name, *index, setting, method)));
                 left.map(|(index, _)| index).collect::<BTreeSet<_>>()
             };
             let mut sequences = Vec::new();
@@ -284,13 +290,13 @@ impl Plan {
                 group.seed
             ));
             let standard = method::standard();
-            let taught = surroundings.teach(&group.original, &*standard)?;
+            let taught = conditions.teach(&group.original, &*standard)?;
             // Each model of the original task is evaluated once, whoever shares it.
-            let mut originals: BTreeMap<&str, (&dyn Method, Taught)> = BTreeMap::new();
+            let mut originals: BTreeMap<&str, (&dyn Method, OriginalTask)> = BTreeMap::new();
             for method in left {
                 if let Entry::Vacant(entry) = originals.entry(method.original()) {
                     let is_standard = method.original() == standard.original();
-                    let taught = if is_standard { taught.clone() } else { surroundings.taught_to(&taught, method)? };
+                    let taught = if is_standard { taught.clone() } else { conditions.taught_to(&taught, method)? };
                     entry.insert((method, taught));
                 }
             }
@@ -299,19 +305,19 @@ impl Plan {
                 for method in methods {
                     if let Entry::Vacant(entry) = befores.entry(method.original()) {
                         let (owner, taught) = &originals[method.original()];
-                        entry.insert((taught, surroundings.before(taught, setting, *owner)?));
+                        entry.insert((taught, conditions.before(taught, setting, *owner)?));
                     }
                 }
                 methods.par_iter().try_for_each(|method| {
-                    progress.at(&Identity::Run(surroundings.key(setting, *method)).to_string());
+                    progress.at(&Identity::Run(conditions.key(setting, *method)).to_string());
                     let (taught, before) = &befores[method.original()];
-                    write(Record::Run(surroundings.run(setting, *method, taught, before)?))
+                    write(Record::Run(conditions.run(setting, *method, taught, before)?))
                 })
             })?;
             sequences.par_iter().try_for_each(|(name, settings, method, left)| {
-                progress.at(&Identity::Run(surroundings.stage_key(name, 0, &settings[0], *method)).to_string());
+                progress.at(&Identity::Run(conditions.stage_key(name, 0, &settings[0], *method)).to_string());
                 let taught = &originals[method.original()].1;
-                let runs = surroundings.run_sequence(name, settings, *method, taught)?;
+                let runs = conditions.run_sequence(name, settings, *method, taught)?;
                 let left = runs.into_iter().enumerate().filter(|(index, _)| left.contains(index));
                 left.map(|(_, run)| run).try_for_each(|run| write(Record::Run(run)))
             })

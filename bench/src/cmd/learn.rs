@@ -9,13 +9,12 @@ use situ::correction::Correction;
 use situ::demonstration::Kind;
 use situ::edit::{self, Difference};
 use situ::method::{self, Learned, Method};
-use situ::place::{Place, SegmentId};
 use situ::trace::{Counters, Trace};
 
 use crate::demonstration_file::{DemonstrationFile, check_together};
 use crate::error::BenchError;
 use crate::files;
-use crate::record::count;
+use crate::stop::Unheld;
 
 /// The end of the long help: the file format in short.
 const FORMAT: &str = r#"A demonstration is one JSON file:
@@ -111,7 +110,7 @@ pub fn learn(
         }
     }
     let files: Vec<DemonstrationFile> = originals.iter().chain(corrections).cloned().collect();
-    check_together(&files)?;
+    let stops = check_together(&files)?;
     let Some(first) = originals.first() else {
         return Err(BenchError::Argument("no original demonstration: expected at least one".to_owned()));
     };
@@ -120,20 +119,12 @@ pub fn learn(
     let mut learned = method.teach(&first.schema, &demonstrations, seed).map_err(|source| refuse(first, source))?;
     let mut corrected = Vec::with_capacity(corrections.len());
     let mut before = learned.graph();
-    for file in corrections {
-        let [last, interrupted] = file.before.named().map(|(key, primitive)| {
-            let Some(primitive) = primitive else { return Ok(None) };
-            let demonstration = files.iter().position(|other| **other.demonstration.name() == *primitive.demonstration);
-            let demonstration = count(demonstration.unwrap_or_default());
-            let segment = SegmentId { demonstration, index: primitive.segment };
-            let node = before.holders().get(&segment).map(|node| node.id);
-            let problem = || format!("`{}` keeps no node that holds this segment", method.name());
-            node.map(Some).ok_or_else(|| file.refuse(&format!("{key}.segment"), problem()))
-        });
-        let correction = Correction {
-            interrupted: interrupted?,
-            ..Correction::after(last?.map_or(Place::Start, Place::Node), &file.demonstration)
-        };
+    for (file, stop) in corrections.iter().zip(&stops[originals.len()..]) {
+        let (last, interrupted) = stop.in_model(&before).map_err(|Unheld { key, .. }| {
+            let problem = format!("`{}` keeps no node that holds this segment", method.name());
+            file.refuse(&format!("{key}.segment"), problem)
+        })?;
+        let correction = Correction { interrupted, ..Correction::after(last, &file.demonstration) };
         let trace = learned.correct(correction).map_err(|source| refuse(file, source))?;
         let after = learned.graph();
         let difference = edit::difference(&before, &after);

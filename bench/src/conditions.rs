@@ -1,0 +1,90 @@
+//! The conditions of a run: what all its parts share.
+//!
+//! Every random draw has a stream that is named by its purpose. No name holds the method: every method meets the same starts, the
+//! same noise of execution and the same teacher.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use situ::demonstration::Schema;
+use situ::edit::Edit;
+use situ::method::Method;
+use situ::random::stream;
+use situ_tasks::Setting;
+use situ_teachers::Teacher;
+
+use crate::archive::Archive;
+use crate::error::BenchError;
+use crate::protocol::Protocol;
+use crate::record::{Key, Stage};
+
+/// What a run shares with the other runs of one task, teacher and seed.
+#[derive(Clone, Copy)]
+pub struct Conditions<'a> {
+    /// The protocol.
+    pub protocol: &'a Protocol,
+    /// The teacher.
+    pub teacher: &'a Teacher,
+    /// The seed of the run: the root of all its streams.
+    pub seed: u64,
+    /// The features of every observed state, in the original task and in all its variations.
+    pub schema: &'a Schema,
+    /// Set when the user wants to stop.
+    pub interrupted: &'a AtomicBool,
+    /// Where the demonstrations are written, if anywhere.
+    pub archive: Option<&'a Archive>,
+}
+
+impl Conditions<'_> {
+    /// The seed of one random draw on a setting: `purpose` and `numbers` name it.
+    pub(crate) fn stream(&self, setting: &Setting, purpose: &str, numbers: &[u32]) -> u64 {
+        let numbers: Vec<String> = numbers.iter().map(u32::to_string).collect();
+        let teacher = &self.teacher.profile().name;
+        stream(self.seed, &format!("{}/{teacher}/{purpose}/{}", setting.label(), numbers.join("/")))
+    }
+
+    /// The seed of what a method draws.
+    pub(crate) fn learner_seed(&self) -> u64 {
+        stream(self.seed, "learner")
+    }
+
+    /// # Errors
+    /// [`BenchError::Interrupted`] where the user wants to stop.
+    pub(crate) fn check_interrupt(&self) -> Result<(), BenchError> {
+        if self.interrupted.load(Ordering::Relaxed) { Err(BenchError::Interrupted) } else { Ok(()) }
+    }
+
+    /// The archive's folder for a setting.
+    pub(crate) fn folder(&self, setting: &Setting) -> String {
+        format!("{}/{}-seed-{}", setting.label(), self.teacher.profile().name, self.seed)
+    }
+
+    /// The name of a run.
+    pub fn key(&self, setting: &Setting, method: &dyn Method) -> Key {
+        Key {
+            protocol: self.protocol.name.clone(),
+            task: setting.task.clone(),
+            variation: setting.variation.clone().unwrap_or_default(),
+            edit: needed(setting),
+            teacher: self.teacher.profile().name.clone(),
+            method: method.name().to_owned(),
+            seed: self.seed,
+            stage: None,
+        }
+    }
+
+    /// The name of a run that is a stage of a sequence.
+    pub fn stage_key(&self, sequence: &str, index: usize, setting: &Setting, method: &dyn Method) -> Key {
+        let stage = Stage { sequence: sequence.to_owned(), number: index as u32 + 1 };
+        Key { stage: Some(stage), ..self.key(setting, method) }
+    }
+}
+
+/// The edit that a setting says it needs, in the learner's words.
+fn needed(setting: &Setting) -> Edit {
+    match setting.edit {
+        situ_tasks::Edit::NodeAddition => Edit::NodeAddition,
+        situ_tasks::Edit::EdgeAddition => Edit::EdgeAddition,
+        situ_tasks::Edit::NodeModification => Edit::NodeModification,
+        situ_tasks::Edit::None => Edit::None,
+    }
+}

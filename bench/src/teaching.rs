@@ -1,0 +1,137 @@
+//! Teaching by whole demonstrations: the original task to all methods, and the changed task to those that learn it anew.
+
+use std::sync::Arc;
+
+use situ::demonstration::{Demonstration, Kind};
+use situ::method::{Learned, Method};
+use situ_tasks::{Episode, Setting};
+
+use crate::conditions::Conditions;
+use crate::demonstration_file::Before;
+use crate::error::BenchError;
+use crate::evaluation::{Evaluation, Until};
+use crate::record::{Effort, Rate};
+
+/// Attempts at a demonstration before the teacher gives up. A novice fails about one in five, so all of them fail once in hundreds.
+pub(crate) const ATTEMPTS: u32 = 4;
+
+/// An original task as the robot of one seed was taught it.
+#[derive(Clone)]
+pub struct OriginalTask {
+    pub(crate) setting: Arc<Setting>,
+    pub(crate) demonstrations: Vec<Demonstration>,
+    /// What teaching it took.
+    pub(crate) effort: Effort,
+    /// Success of the model that it led to.
+    pub(crate) rate: Rate,
+    /// The round of the evaluation that gave the rate.
+    pub(crate) round: u32,
+    /// Whether the success rate reached the target.
+    pub reached: bool,
+}
+
+impl Conditions<'_> {
+    /// Teaches the original task: demonstrations until the success rate reaches the target, or the budget is used up.
+    ///
+    /// # Errors
+    /// What the task, the teacher or the method refuses; [`BenchError::Interrupted`].
+    pub fn teach(&self, original: &Arc<Setting>, method: &dyn Method) -> Result<OriginalTask, BenchError> {
+        let mut task = OriginalTask {
+            setting: Arc::clone(original),
+            demonstrations: Vec::new(),
+            effort: Effort::default(),
+            rate: Rate::default(),
+            round: 0,
+            reached: false,
+        };
+        let budget = self.protocol.budget;
+        for index in 0..budget.originals {
+            let Some((demonstration, effort)) = self.demonstrate(original, index)? else { break };
+            task.demonstrations.push(demonstration);
+            task.effort += effort;
+            if index + 1 < budget.least_originals {
+                continue;
+            }
+            let model = self.learned(method, &task.demonstrations)?;
+            let evaluation = self.evaluate(&*model, original, index, Until::OutOfReach)?;
+            task.rate = evaluation.rate;
+            task.round = index;
+            if self.is_reached(&evaluation) {
+                task.reached = true;
+                break;
+            }
+        }
+        Ok(task)
+    }
+
+    /// The same demonstrations, with the success rate of a method that makes a model of its own of them.
+    ///
+    /// # Errors
+    /// As [`Conditions::teach`].
+    pub fn taught_to(&self, task: &OriginalTask, method: &dyn Method) -> Result<OriginalTask, BenchError> {
+        if !task.reached {
+            return Ok(task.clone());
+        }
+        let model = self.learned(method, &task.demonstrations)?;
+        let rate = self.evaluate(&*model, &task.setting, task.round, Until::Done)?.rate;
+        Ok(OriginalTask { rate, ..task.clone() })
+    }
+
+    /// Teaches the changed task to a method that takes no corrections. What it took is added to `spent`. Returns the last evaluation.
+    pub(crate) fn teach_anew(
+        &self,
+        setting: &Arc<Setting>,
+        method: &dyn Method,
+        spent: &mut Effort,
+    ) -> Result<Evaluation, BenchError> {
+        let budget = self.protocol.budget.from_scratch;
+        let mut demonstrations = Vec::new();
+        let mut last = Evaluation::none(self.protocol.rollouts);
+        for index in 0..budget {
+            let Some((demonstration, effort)) = self.demonstrate(setting, index)? else {
+                if !demonstrations.is_empty() {
+                    let model = self.learned(method, &demonstrations)?;
+                    last = self.evaluate(&*model, setting, index, Until::Done)?;
+                }
+                break;
+            };
+            demonstrations.push(demonstration);
+            *spent += effort;
+            let model = self.learned(method, &demonstrations)?;
+            last = self.evaluate(&*model, setting, index + 1, self.until(index, budget))?;
+            if self.is_reached(&last) {
+                break;
+            }
+        }
+        Ok(last)
+    }
+
+    /// What a method makes of whole demonstrations.
+    pub(crate) fn learned(
+        &self,
+        method: &dyn Method,
+        demonstrations: &[Demonstration],
+    ) -> Result<Box<dyn Learned>, BenchError> {
+        Ok(method.teach(self.schema, demonstrations, self.learner_seed())?)
+    }
+
+    /// One whole demonstration of the setting. An attempt that fails is repeated from another start. `None` where the teacher gives up.
+    fn demonstrate(&self, setting: &Arc<Setting>, index: u32) -> Result<Option<(Demonstration, Effort)>, BenchError> {
+        for attempt in 0..ATTEMPTS {
+            self.check_interrupt()?;
+            let mut episode = Episode::start(setting, self.stream(setting, "teach", &[index, attempt]))?;
+            let seed = self.stream(setting, "teacher", &[index, attempt]);
+            let name = format!("{}-{index}", setting.label());
+            let shown =
+                self.teacher.demonstrate(&name, Kind::Original, self.schema, &mut episode, seed, &mut |_| {})?;
+            if let (true, Some(demonstration)) = (shown.clean, shown.demonstration) {
+                if let Some(archive) = self.archive {
+                    let path = format!("{}/full-{index}", self.folder(setting));
+                    archive.write(&path, &demonstration, self.schema, &Before::default())?;
+                }
+                return Ok(Some((demonstration, Effort::from(&shown.effort))));
+            }
+        }
+        Ok(None)
+    }
+}
