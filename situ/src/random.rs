@@ -9,8 +9,8 @@ pub fn standard_normal(rng: &mut impl Rng) -> f64 {
     radius * libm::cos(2.0 * core::f64::consts::PI * rng.random::<f64>())
 }
 
-/// A seed for the named stream of a root seed: FNV-1a over the root's bytes and the name (Fowler, Noll and Vo), then the
-/// finaliser of SplitMix64, so that streams of neighbouring roots have nothing in common.
+/// A seed for the named stream of a root seed: FNV-1a over the root's bytes and the name (Fowler, Noll and Vo), then
+/// the finaliser of SplitMix64, so that streams of neighbouring roots have nothing in common.
 pub fn stream(root: u64, name: &str) -> u64 {
     const OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
     const PRIME: u64 = 0x0000_0100_0000_01b3;

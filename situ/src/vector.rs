@@ -1,8 +1,9 @@
 //! Kernels on the widest vectors of the processor, with the same bits on any.
 //!
-//! A processor's vectors are known at run time alone. `widest` runs a `Kernel` that was compiled for each kind, and what it computes is
-//! the same on all: nothing here fuses a product with a sum, and a sum has a fixed number of running sums, joined in a fixed order. A kernel
-//! has its numbers in fours (`Four`); or it is of plain loops over eights, which the compiler turns into vector instructions (`loops!`).
+//! A processor's vectors are known at run time alone. `widest` runs a `Kernel` that was compiled for each kind, and
+//! what it computes is the same on all: nothing here fuses a product with a sum, and a sum has a fixed number of
+//! running sums, joined in a fixed order. A kernel has its numbers in fours (`Four`); or it is of plain loops over
+//! eights, which the compiler turns into vector instructions (`loops!`).
 
 mod exponential;
 mod four;
@@ -48,8 +49,8 @@ impl<K: Kernel> NullaryFnOnce for Call<K> {
 #[cfg(target_arch = "x86_64")]
 static AVX2: LazyLock<Option<V3>> = LazyLock::new(V3::try_new);
 
-/// What the kernels run on here: `avx2`, or `baseline` for what every processor of the target has. No result depends on it, but the number
-/// of instructions does.
+/// What the kernels run on here: `avx2`, or `baseline` for what every processor of the target has. No result depends on
+/// it, but the number of instructions does.
 pub fn kind() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     if AVX2.is_some() {
@@ -84,8 +85,8 @@ impl<A, R, K: Fn(A) -> R> Kernel for Plain<K, A> {
     }
 }
 
-/// [`widest`] of a function of plain loops, marked `#[inline(always)]`. A function handed over as a value would be called through a shim that
-/// was compiled for any processor: hence a macro.
+/// [`widest`] of a function of plain loops, marked `#[inline(always)]`. A function handed over as a value would be
+/// called through a shim that was compiled for any processor: hence a macro.
 macro_rules! loops {
     ($kernel:path, $arguments:expr) => {
         $crate::vector::widest($crate::vector::Plain(

@@ -1,4 +1,5 @@
-//! Nothing is allocated from one re-estimation to the next: a fit of many iterations allocates as often as a fit of few.
+//! Nothing is allocated from one re-estimation to the next: a fit of many iterations allocates as often as a fit of
+//! few.
 
 use allocation_counter::measure;
 use nalgebra::{Translation3, UnitQuaternion, Vector3};

@@ -4,8 +4,9 @@ use crate::demonstration::Pose;
 
 /// How far the keyframes of one list are from the same keyframes of another, in position: metres.
 ///
-/// People give a needless keyframe, and forget one. So the shorter list is laid into the longer one, in order, the rest of which stays
-/// without a partner; of all ways to do that, the one counts in which the farthest pair is nearest. 0 where a list is empty.
+/// People give a needless keyframe, and forget one. So the shorter list is laid into the longer one, in order, the rest
+/// of which stays without a partner; of all ways to do that, the one counts in which the farthest pair is nearest. 0
+/// where a list is empty.
 pub fn displacement(left: &[Pose], right: &[Pose]) -> f64 {
     let (short, long) = if left.len() <= right.len() { (left, right) } else { (right, left) };
     // `farthest[j]`: of the best way to lay the keyframes up to here into the first j of the longer list.

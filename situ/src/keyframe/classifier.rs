@@ -34,7 +34,8 @@ pub(super) fn squared_distance(left: &[f64], right: &[f64]) -> f64 {
     left.iter().zip(right).map(|(left, right)| (left - right) * (left - right)).sum::<f64>() / left.len() as f64
 }
 
-/// The row that the regression is linear in. Features are divided by √dimension, so that the ridge means the same for any schema.
+/// The row that the regression is linear in. Features are divided by √dimension, so that the ridge means the same for
+/// any schema.
 pub(super) fn lifted(lift: Lift, scaled: &[f64], centre: &[f64]) -> Vec<f64> {
     let row = match lift {
         Lift::QuadraticDiagonal => scaled.iter().copied().chain(scaled.iter().map(|value| value * value)).collect(),

@@ -1,7 +1,7 @@
 //! Agglomerative clustering by average linkage (decision D8).
 
-/// Stands for a distance that is infinite or not a number. Far above any divergence, and finite, so that the averages of
-/// the linkage stay numbers; [`Dendrogram::cut`] undoes no merge at a height that holds a share of it.
+/// Stands for a distance that is infinite or not a number. Far above any divergence, and finite, so that the averages
+/// of the linkage stay numbers; [`Dendrogram::cut`] undoes no merge at a height that holds a share of it.
 const NEVER: f64 = 1e200;
 /// Any height above this is an average over at least one pair that must never be merged.
 const NEVER_HEIGHT: f64 = 1e150;
@@ -10,17 +10,18 @@ const NEVER_HEIGHT: f64 = 1e150;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dendrogram {
     members: usize,
-    /// The two clusters merged and the height: clusters below `members` are single members, cluster `members + i` is merge `i`.
+    /// The two clusters merged and the height: clusters below `members` are single members, cluster `members + i` is
+    /// merge `i`.
     merges: Vec<(usize, usize, f64)>,
 }
 
 /// Average linkage (UPGMA) of `n` members.
 ///
-/// `distances` is condensed: (0,1), (0,2), …, (0,n−1), (1,2), …; n(n−1)/2 numbers, not negative. An infinite distance, or one
-/// that is not a number, means that the two are never in one cluster, whatever the cut. O(n²).
+/// `distances` is condensed: (0,1), (0,2), …, (0,n−1), (1,2), …; n(n−1)/2 numbers, not negative. An infinite distance,
+/// or one that is not a number, means that the two are never in one cluster, whatever the cut. O(n²).
 ///
-/// The clusters do not depend on the order of the members where no two averages tie; where they tie, the earlier pair merges
-/// first.
+/// The clusters do not depend on the order of the members where no two averages tie; where they tie, the earlier pair
+/// merges first.
 ///
 /// # Panics
 /// Where `distances` has another length.
@@ -50,8 +51,8 @@ impl Dendrogram {
         self.merges.iter().map(|(_, _, height)| if *height < NEVER_HEIGHT { *height } else { f64::INFINITY })
     }
 
-    /// A label for each member: two have the same where they are merged at a height of at most `tau`. Labels count from 0
-    /// in the order of their first members.
+    /// A label for each member: two have the same where they are merged at a height of at most `tau`. Labels count from
+    /// 0 in the order of their first members.
     pub fn cut(&self, tau: f64) -> Vec<usize> {
         let mut cluster: Vec<Vec<usize>> = (0..self.members).map(|member| vec![member]).collect();
         let mut leader: Vec<usize> = (0..self.members).collect();

@@ -1,7 +1,8 @@
 //! How different two models are, nats a frame (decision D7).
 //!
-//! There is no closed form for hidden Markov models, and the *rate* of an absorbing chain sees only its last state. So the
-//! divergence here is of whole sequences with their ends, over the expected length. All are generic over the emission.
+//! There is no closed form for hidden Markov models, and the *rate* of an absorbing chain sees only its last state. So
+//! the divergence here is of whole sequences with their ends, over the expected length. All are generic over the
+//! emission.
 
 mod transient;
 
@@ -15,9 +16,11 @@ use super::hmm::{EmissionDensity, Hmm};
 /// A sampled sequence is cut off here: no policy is expected to be a hundredth as long.
 const MAX_SAMPLED_FRAMES: usize = 10_000;
 
-/// Samples that are drawn in each direction before the estimate is looked at, and again: fewer do not tell their own error.
+/// Samples that are drawn in each direction before the estimate is looked at, and again: fewer do not tell their own
+/// error.
 const BATCH: usize = 50;
-/// Standard errors from a cut at which an estimate is on the one side of it for certain. It is looked at twenty times at most.
+/// Standard errors from a cut at which an estimate is on the one side of it for certain. It is looked at twenty times
+/// at most.
 pub const CERTAIN: f64 = 5.0;
 
 /// A Monte Carlo estimate.
@@ -38,8 +41,8 @@ pub struct Explained<'a, E: EmissionDensity> {
 }
 
 impl<'a, E: EmissionDensity> Explained<'a, E> {
-    /// The model and its sequences, of at least one frame each; `log_likelihood` is theirs under it, as [`Hmm::fit`] found it: nothing is to be
-    /// computed again.
+    /// The model and its sequences, of at least one frame each; `log_likelihood` is theirs under it, as [`Hmm::fit`]
+    /// found it: nothing is to be computed again.
     pub fn new(hmm: &'a Hmm<E>, sequences: &'a [Vec<E::Frame>], log_likelihood: f64) -> Self {
         Self { hmm, sequences, log_likelihood }
     }
@@ -62,8 +65,8 @@ impl<'a, E: EmissionDensity> Explained<'a, E> {
 /// The likelihood of each other's training sequences, symmetrised, nats a frame:
 /// ½ [(log p(X_p) − log q(X_p)) / |X_p| + (log q(X_q) − log p(X_q)) / |X_q|], |X| the number of frames.
 ///
-/// No sampling: the same input gives the same bits. It can be negative, where a model explains the other's data better than
-/// the other does. Sequences without frames are ignored; a side without any frame counts 0.
+/// No sampling: the same input gives the same bits. It can be negative, where a model explains the other's data better
+/// than the other does. Sequences without frames are ignored; a side without any frame counts 0.
 pub fn cross_likelihood<'a, E: EmissionDensity>(
     p: &'a Hmm<E>,
     xp: &'a [Vec<E::Frame>],
@@ -85,8 +88,9 @@ pub fn monte_carlo<E: EmissionDensity>(p: &Hmm<E>, q: &Hmm<E>, samples: usize, s
     sampling.estimate()
 }
 
-/// The mean of [`monte_carlo`] in both directions, `samples` in each at most: no more are drawn once it is certain on which side of `cut` it
-/// is, by [`CERTAIN`] standard errors. The number of samples drawn in each direction comes with it.
+/// The mean of [`monte_carlo`] in both directions, `samples` in each at most: no more are drawn once it is certain on
+/// which side of `cut` it is, by [`CERTAIN`] standard errors. The number of samples drawn in each direction comes with
+/// it.
 pub fn monte_carlo_against<E: EmissionDensity>(
     p: &Hmm<E>,
     q: &Hmm<E>,

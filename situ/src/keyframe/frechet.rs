@@ -1,8 +1,9 @@
 //! How far one way of doing a thing is from another: the Fréchet distance of two paths.
 //!
-//! Two people walk the two paths from end to end, never back, as fast or slow as they like; the distance is the shortest leash with
-//! which they can (Fréchet 1906; over points of the paths as Eiter and Mannila 1994). Unlike the distance of poses at the same share
-//! of the arc length, it does not grow where one path merely dwells, wavers or is recorded in more keyframes.
+//! Two people walk the two paths from end to end, never back, as fast or slow as they like; the distance is the
+//! shortest leash with which they can (Fréchet 1906; over points of the paths as Eiter and Mannila 1994). Unlike the
+//! distance of poses at the same share of the arc length, it does not grow where one path merely dwells, wavers or is
+//! recorded in more keyframes.
 
 use crate::demonstration::Pose;
 
@@ -11,7 +12,8 @@ pub(crate) const METRES_PER_RADIAN: f64 = 0.1;
 /// Points a leg of a path is cut into, so that what is between the poses counts, too.
 const POINTS_A_LEG: usize = 4;
 
-/// The Fréchet distance of two paths, each joined by straight legs: metres, a radian counting a tenth. Infinite where one has no pose.
+/// The Fréchet distance of two paths, each joined by straight legs: metres, a radian counting a tenth. Infinite where
+/// one has no pose.
 pub fn frechet(left: &[Pose], right: &[Pose]) -> f64 {
     let (left, right) = (points(left), points(right));
     if left.is_empty() || right.is_empty() {
@@ -35,7 +37,8 @@ pub fn frechet(left: &[Pose], right: &[Pose]) -> f64 {
 /// A place on a path: position, and the rotation as a unit quaternion (either sign).
 type Point = ([f64; 3], [f64; 4]);
 
-/// The poses, and points on the legs between them. A rotation on a leg is the normalised mean of its ends: legs turn by little.
+/// The poses, and points on the legs between them. A rotation on a leg is the normalised mean of its ends: legs turn by
+/// little.
 fn points(path: &[Pose]) -> Vec<Point> {
     let point = |pose: &Pose| -> Point {
         let [i, j, k, w]: [f64; 4] = pose.rotation.coords.into();
@@ -67,7 +70,8 @@ fn dot(left: &[f64; 4], right: &[f64; 4]) -> f64 {
     left.iter().zip(right).map(|(left, right)| left * right).sum()
 }
 
-/// Metres between two points, the turn between them added; an angle is measured by the chord of its half, twice: 1 % short at a radian.
+/// Metres between two points, the turn between them added; an angle is measured by the chord of its half, twice: 1 %
+/// short at a radian.
 fn apart((here, turned): &Point, (there, other): &Point) -> f64 {
     let squared: f64 = here.iter().zip(there).map(|(here, there)| (here - there) * (here - there)).sum();
     let chord = 2.0 * libm::sqrt((2.0 - 2.0 * dot(turned, other).abs()).max(0.0));

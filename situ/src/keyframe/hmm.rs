@@ -1,10 +1,11 @@
 //! Hidden Markov models that end: the policies and the signatures of SITU (decisions D5, D12 to D14).
 //!
 //! A model of K states starts by `initial` (K), goes on by `transition` (K × K, row-major) and ends after state i with
-//! probability `end[i]`, so that every row of `transition` and its `end` sum to 1 and a *sequence*, not only a frame, has a
-//! probability. The models that [`Hmm::fit`] makes are left-to-right; the inference here holds for any.
+//! probability `end[i]`, so that every row of `transition` and its `end` sum to 1 and a *sequence*, not only a frame,
+//! has a probability. The models that [`Hmm::fit`] makes are left-to-right; the inference here holds for any.
 //!
-//! The emission is generic ([`EmissionDensity`]); a policy's is [`Emission`], a Gaussian over poses and a gripper command.
+//! The emission is generic ([`EmissionDensity`]); a policy's is [`Emission`], a Gaussian over poses and a gripper
+//! command.
 
 mod density;
 mod emission;
@@ -48,8 +49,8 @@ impl<E> Hmm<E> {
 }
 
 impl<E: EmissionDensity> Hmm<E> {
-    /// One sequence from the start to the end, each frame drawn from the likelihood (so with the prior of decision D12 in
-    /// it: for Monte Carlo, not for execution). Cut off at `max_len` frames where the end is not reached by then.
+    /// One sequence from the start to the end, each frame drawn from the likelihood (so with the prior of decision D12
+    /// in it: for Monte Carlo, not for execution). Cut off at `max_len` frames where the end is not reached by then.
     pub fn sample(&self, rng: &mut impl Rng, max_len: usize) -> Vec<E::Frame> {
         let k = self.states();
         let mut frames = Vec::new();

@@ -110,8 +110,8 @@ impl KeyframeLearner {
         segments.iter().map(interpolate).collect()
     }
 
-    /// The divergence of two policies, symmetrised, nats a frame; infinite across reference objects (D6) and grips (D6b, D7).
-    /// Where a `cut` is given, only the side of it is certain.
+    /// The divergence of two policies, symmetrised, nats a frame; infinite across reference objects (D6) and grips
+    /// (D6b, D7). Where a `cut` is given, only the side of it is certain.
     fn divergence(
         &self,
         left: &KeyframePolicy,
@@ -379,8 +379,9 @@ impl Learner for KeyframeLearner {
             .collect())
     }
 
-    /// The greatest distance between a keyframe of one and the same keyframe of the other, in position: [`displacement`]. A path would say more
-    /// than is so: a needless or a forgotten keyframe moves it by as much as a near-variant does.
+    /// The greatest distance between a keyframe of one and the same keyframe of the other, in position:
+    /// [`displacement`]. A path would say more than is so: a needless or a forgotten keyframe moves it by as much as a
+    /// near-variant does.
     fn displacement(&self, left: &KeyframePolicy, right: &KeyframePolicy) -> f64 {
         displacement(&left.means(), &right.means())
     }

@@ -1,10 +1,10 @@
 //! Ridge logistic regression: the initiation classifiers (decisions D2b, D2c).
 //!
-//! The objective is convex: Σ s_i ℓ(t_i, b + w·x_i) + ½ λ |w|², where Σ s_i = 1 (a *mean* loss, so that λ means the same for
-//! any number of samples), ℓ the cross-entropy against the target t_i, and the intercept b is not penalised. It is solved by
-//! Newton's method (iteratively reweighted least squares), in the features' dimension or in the samples', whichever is
-//! smaller; both find the same minimum. The targets of `true` and `false` are inside (0, 1): with few samples the classes can
-//! always be separated, and plain maximum likelihood would diverge.
+//! The objective is convex: Σ s_i ℓ(t_i, b + w·x_i) + ½ λ |w|², where Σ s_i = 1 (a *mean* loss, so that λ means the
+//! same for any number of samples), ℓ the cross-entropy against the target t_i, and the intercept b is not penalised.
+//! It is solved by Newton's method (iteratively reweighted least squares), in the features' dimension or in the
+//! samples', whichever is smaller; both find the same minimum. The targets of `true` and `false` are inside (0, 1):
+//! with few samples the classes can always be separated, and plain maximum likelihood would diverge.
 
 mod blocks;
 mod dual;
@@ -144,8 +144,8 @@ impl LogisticFit {
 
 /// Fits a ridge logistic regression.
 ///
-/// `rows`: n rows of d features, already lifted and scaled; `labels`: n. `warm` is a former fit to start from: the minimum is
-/// the same, but for the tolerance. Sums are in the order of the rows: the same input gives the same bits.
+/// `rows`: n rows of d features, already lifted and scaled; `labels`: n. `warm` is a former fit to start from: the
+/// minimum is the same, but for the tolerance. Sums are in the order of the rows: the same input gives the same bits.
 ///
 /// # Errors
 /// Where there is no row, lengths differ, a number is not finite or a parameter is out of its range.
@@ -251,7 +251,8 @@ fn sigmoid(z: f64) -> f64 {
     }
 }
 
-/// Σ l_i r_i: four running sums, joined in a fixed order: the same bits on every machine, and open to vector instructions.
+/// Σ l_i r_i: four running sums, joined in a fixed order: the same bits on every machine, and open to vector
+/// instructions.
 pub(crate) fn dot(left: &[f64], right: &[f64]) -> f64 {
     let mut lanes = [0.0; 4];
     let (left_lanes, right_lanes) = (left.chunks_exact(4), right.chunks_exact(4));

@@ -66,9 +66,10 @@ pub enum Lift {
 pub enum Standardisation {
     /// The schema's fixed scales, for every classifier.
     Fixed,
-    /// The fixed scales, shrunk where the primitive's own start states vary less: the standard deviation about the centre
-    /// of the positives (of positives and negatives about theirs, where there is one positive), the fixed scale counting as so
-    /// many samples. Features are measured from that centre. It reads the primitive's own samples alone, so an update stays local.
+    /// The fixed scales, shrunk where the primitive's own start states vary less: the standard deviation about the
+    /// centre of the positives (of positives and negatives about theirs, where there is one positive), the fixed scale
+    /// counting as so many samples. Features are measured from that centre. It reads the primitive's own samples alone,
+    /// so an update stays local.
     Within {
         /// Samples that the fixed scale counts.
         prior: f64,
@@ -80,8 +81,8 @@ pub enum Standardisation {
 pub enum Activation {
     /// Probability at least 0.5, as printed.
     Probability,
-    /// Probability at least 0.5 and, in root mean square scaled distance, no further from the centre of the positives than
-    /// `factor` × their own 95th percentile, and never less than `least`.
+    /// Probability at least 0.5 and, in root mean square scaled distance, no further from the centre of the positives
+    /// than `factor` × their own 95th percentile, and never less than `least`.
     Bounded {
         /// Multiplies the percentile.
         factor: f64,
@@ -118,8 +119,8 @@ pub struct KeyframeParameters {
     pub compared: Compared,
     /// Whether policies of different reference objects can be compared (D6).
     pub across_references: bool,
-    /// Whether policies that leave the gripper in different states, open and closed, can be compared (D6b): a pick and a place on one
-    /// object lead along much the same poses.
+    /// Whether policies that leave the gripper in different states, open and closed, can be compared (D6b): a pick and
+    /// a place on one object lead along much the same poses.
     pub across_grips: bool,
     /// The estimator (D7).
     pub divergence: Divergence,
@@ -133,8 +134,8 @@ pub struct KeyframeParameters {
     pub logistic: LogisticParameters,
     /// Activation of a classifier (D10b).
     pub activation: Activation,
-    /// Seed of the Monte Carlo divergences (D7). Common random numbers: pairs differ by their models alone, and a distance
-    /// does not depend on which pairs were compared before.
+    /// Seed of the Monte Carlo divergences (D7). Common random numbers: pairs differ by their models alone, and a
+    /// distance does not depend on which pairs were compared before.
     pub seed: u64,
 }
 
@@ -166,7 +167,8 @@ impl Default for KeyframeParameters {
 }
 
 impl KeyframeParameters {
-    /// The kernels as the paper prints them: D2b linear, D16 fixed, D5 literal, D6 across objects and grips, D7 by sampling, D10b p ≥ 0.5.
+    /// The kernels as the paper prints them: D2b linear, D16 fixed, D5 literal, D6 across objects and grips, D7 by
+    /// sampling, D10b p ≥ 0.5.
     pub fn literal() -> Self {
         Self {
             compared: Compared::PolicyAgainstSignature,

@@ -24,7 +24,8 @@ pub struct KeyframePolicy {
     pub(super) holds: Vec<f64>,
     /// Model over the interpolated segments (decision D5).
     pub(super) signature: Hmm,
-    /// The interpolated segments themselves, and their log likelihood under the signature: the cross-likelihood needs them.
+    /// The interpolated segments themselves, and their log likelihood under the signature: the cross-likelihood needs
+    /// them.
     #[serde(skip)]
     pub(super) trajectories: Vec<Vec<Observation>>,
     #[serde(skip)]
@@ -103,7 +104,8 @@ impl KeyframePolicy {
     }
 }
 
-/// A draw from the scatter of the data about the mean: shrunk to the greatest deviations, rejected beyond the 95th percentile.
+/// A draw from the scatter of the data about the mean: shrunk to the greatest deviations, rejected beyond the 95th
+/// percentile.
 pub(crate) fn draw(scatter: &Matrix6<f64>, rng: &mut impl Rng) -> Tangent {
     let factor = semidefinite_cholesky(scatter);
     let deviation = |from: usize| libm::sqrt((from..from + 3).map(|axis| scatter[(axis, axis)]).fold(0.0, f64::max));

@@ -1,8 +1,8 @@
 //! Poses as points of R³ × S³: logarithm, exponential and mean.
 //!
-//! A Gaussian over poses has its mean on the manifold and its covariance in the tangent space at that mean (decision D13;
-//! Zeestraten et al., RA-L 2017; Calinon 2019). The position part is the plain difference in metres; the rotation part is the
-//! rotation vector, in the frame of the base, that turns the base into the pose.
+//! A Gaussian over poses has its mean on the manifold and its covariance in the tangent space at that mean (decision
+//! D13; Zeestraten et al., RA-L 2017; Calinon 2019). The position part is the plain difference in metres; the rotation
+//! part is the rotation vector, in the frame of the base, that turns the base into the pose.
 
 use nalgebra::{Matrix4, Quaternion, SVector, Translation3, UnitQuaternion, Vector3};
 use pulp::Scalar256b;
@@ -13,10 +13,12 @@ use crate::vector::{Four, Wide, polynomial};
 /// A tangent vector: position in metres (3), then rotation vector in radians (3).
 pub type Tangent = SVector<f64, 6>;
 
-/// Below this angle, radians, sine and cosine are taken from the first terms of their series, for the next are under the rounding error.
+/// Below this angle, radians, sine and cosine are taken from the first terms of their series, for the next are under
+/// the rounding error.
 const SMALL_ANGLE: f64 = 1e-8;
-/// 2 acos(c)/√(1 − c²) for c from 0 to 1, as a polynomial in 2c − 1: what the imaginary part of a unit quaternion with the real part c is
-/// multiplied by to be the rotation vector. By Chebyshev interpolation (mpmath 1.4.1, `chebyfit` with 24 terms), 5·10⁻¹⁹ off at most.
+/// 2 acos(c)/√(1 − c²) for c from 0 to 1, as a polynomial in 2c − 1: what the imaginary part of a unit quaternion with
+/// the real part c is multiplied by to be the rotation vector. By Chebyshev interpolation (mpmath 1.4.1, `chebyfit`
+/// with 24 terms), 5·10⁻¹⁹ off at most.
 const LOGARITHM: [[f64; 4]; 6] = [
     [2.418_399_152_312_290_3, -0.527_200_282_562_569_8, 0.139_466_384_104_096_92, -0.039_674_293_844_961_76],
     [
@@ -52,8 +54,8 @@ pub fn rotation_log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     v * log_scales(Four::splat(Scalar256b, w)).numbers()[0]
 }
 
-/// What the imaginary parts of unit quaternions are multiplied by to be rotation vectors, by their real parts, from 0 to 1. There is no angle
-/// at which it loses digits.
+/// What the imaginary parts of unit quaternions are multiplied by to be rotation vectors, by their real parts, from 0
+/// to 1. There is no angle at which it loses digits.
 #[inline(always)]
 pub(crate) fn log_scales<S: Wide>(cosines: Four<S>) -> Four<S> {
     polynomial(cosines * 2.0 - 1.0, &LOGARITHM)
@@ -91,8 +93,8 @@ pub fn karcher_mean(poses: &[Pose], weights: &[f64]) -> Pose {
     karcher_mean_from(&dominant_rotation(poses, weights), poses, weights)
 }
 
-/// The dominant axis of Σ w q qᵀ (Markley et al. 2007): a start for the mean that depends neither on the order of the poses nor on the signs of
-/// their quaternions. The identity where there is no weight.
+/// The dominant axis of Σ w q qᵀ (Markley et al. 2007): a start for the mean that depends neither on the order of the
+/// poses nor on the signs of their quaternions. The identity where there is no weight.
 pub(crate) fn dominant_rotation(poses: &[Pose], weights: &[f64]) -> UnitQuaternion<f64> {
     let mut axes = Matrix4::zeros();
     for (pose, weight) in poses.iter().zip(weights) {

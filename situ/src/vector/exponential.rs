@@ -15,7 +15,8 @@ const LOG_2: [f64; 2] = [6.931_471_803_691_238e-1, 1.908_214_929_270_587_7e-10];
 /// The exponent of 1 as it is stored, and the bits below an exponent.
 const BIAS: u64 = 1023;
 const MANTISSA_BITS: i32 = 52;
-/// e^r for |r| ≤ ½ log 2, as a polynomial. By Chebyshev interpolation (mpmath 1.4.1, `chebyfit` with 12 terms), 3·10⁻¹⁸ off at most.
+/// e^r for |r| ≤ ½ log 2, as a polynomial. By Chebyshev interpolation (mpmath 1.4.1, `chebyfit` with 12 terms), 3·10⁻¹⁸
+/// off at most.
 const EXPONENTIAL: [[f64; 4]; 3] = [
     [1.0, 1.0, 0.500_000_000_000_001_9, 0.166_666_666_666_666_8],
     [0.041_666_666_666_488_09, 0.008_333_333_333_319_601, 0.001_388_888_895_231_513_7, 0.000_198_412_698_900_473_92],

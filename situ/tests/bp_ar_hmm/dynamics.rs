@@ -31,7 +31,8 @@ fn said<const D: usize>(frames: &[(SVector<f64, D>, SVector<f64, D>)]) -> Statis
     statistics
 }
 
-/// Bayes's rule: evidence × posterior = prior × likelihood, at any θ. No term of the densities or of the evidence can be wrong alone.
+/// Bayes's rule: evidence × posterior = prior × likelihood, at any θ. No term of the densities or of the evidence can
+/// be wrong alone.
 #[test]
 fn evidence_is_prior_times_likelihood_over_posterior_wherever_it_is_asked() {
     let (prior, frames) = (prior(), frames(9));

@@ -1,16 +1,19 @@
 //! Geweke's joint distribution test (2004): two ways to draw parameters and data together must agree.
 //!
-//! One draws from the prior and then data given that. The other alternates: data given the state, then a sweep of the sampler given the data.
-//! If every move leaves the posterior as it is, the second has the first's distribution too. The statistics are bounded or have light tails,
-//! so that their means exist; the standard error of the second is from means of batches, for its draws hang together.
+//! One draws from the prior and then data given that. The other alternates: data given the state, then a sweep of the
+//! sampler given the data. If every move leaves the posterior as it is, the second has the first's distribution too.
+//! The statistics are bounded or have light tails, so that their means exist; the standard error of the second is from
+//! means of batches, for its draws hang together.
 //!
-//! Each of these bugs, planted by hand, made it fail: births and deaths without their Hastings correction (the mildest: |z| of 9), or without the
-//! choice among the unique behaviours (their number grows without end); η given z with row sums that hold the counts; split and merge without the
-//! proposal's probability, or without that of the behaviours drawn; the prior odds of a shared behaviour off by one; random walks that are taken for
-//! symmetric; the intensity of births over c + N; a death that counts one behaviour too many; columns of F of one sequence too many; a first state that is
-//! not uniform, in the forward pass or with η integrated out; a split whose choices of parts have no normaliser; backward draws that do not look ahead;
-//! η of a new behaviour without κ; γ given F over N; c without log c; degrees of freedom that grow too slowly. Whoever changes a move should plant one
-//! again. What one dimension and one evidence cannot see, as Bartlett's degrees of freedom and constants a frame, `dynamics.rs` catches.
+//! Each of these bugs, planted by hand, made it fail: births and deaths without their Hastings correction (the mildest:
+//! |z| of 9), or without the choice among the unique behaviours (their number grows without end); η given z with row
+//! sums that hold the counts; split and merge without the proposal's probability, or without that of the behaviours
+//! drawn; the prior odds of a shared behaviour off by one; random walks that are taken for symmetric; the intensity of
+//! births over c + N; a death that counts one behaviour too many; columns of F of one sequence too many; a first state
+//! that is not uniform, in the forward pass or with η integrated out; a split whose choices of parts have no
+//! normaliser; backward draws that do not look ahead; η of a new behaviour without κ; γ given F over N; c without log
+//! c; degrees of freedom that grow too slowly. Whoever changes a move should plant one again. What one dimension and
+//! one evidence cannot see, as Bartlett's degrees of freedom and constants a frame, `dynamics.rs` catches.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -32,7 +35,8 @@ const DRAWS: usize = 40_000;
 const SWEEPS: usize = 40_000;
 /// Batches of sweeps, of 400 each: many times as long as a statistic hangs together.
 const BATCHES: usize = 100;
-/// Greatest |z|. Of so many statistics of a right sampler one is beyond 4.5 once in some 5000 seeds, even with the batches' heavier tail.
+/// Greatest |z|. Of so many statistics of a right sampler one is beyond 4.5 once in some 5000 seeds, even with the
+/// batches' heavier tail.
 const GREATEST_Z: f64 = 4.5;
 
 /// Degrees of freedom of Σ: 1/Σ is then a gamma draw of whole shape, and Σ has a mean and a variance.
@@ -40,8 +44,8 @@ const FREEDOM: f64 = 8.0;
 const SCALE: f64 = 6.0;
 const PRECISION: f64 = 4.0;
 
-/// Shapes in halves, for the draws from the prior that use no gamma sampler. γ is large enough for behaviours of one sequence alone to be many: with a
-/// mean of 1 nearly every death was accepted, and one with a wrong count passed.
+/// Shapes in halves, for the draws from the prior that use no gamma sampler. γ is large enough for behaviours of one
+/// sequence alone to be many: with a mean of 1 nearly every death was accepted, and one with a wrong count passed.
 fn prior() -> Prior<1> {
     Prior {
         dynamics: DynamicsPrior {

@@ -52,7 +52,8 @@ fn seen(model: &dyn Learned) -> Vec<usize> {
     rows.map(|row| row["states"].as_array().unwrap().len()).collect()
 }
 
-/// What one chain more or a longer one finds, and costs: three demonstrations of 15 keyframes, then a correction to the end.
+/// What one chain more or a longer one finds, and costs: three demonstrations of 15 keyframes, then a correction to the
+/// end.
 #[test]
 #[ignore = "a measurement"]
 fn a_lesson_and_a_correction() {

@@ -47,7 +47,8 @@ pub(crate) fn frames<const D: usize>(
     Sequence { current, lagged }
 }
 
-/// Share of the frames that are labelled otherwise, the found labels being matched with the true ones, one to one, as well as can be.
+/// Share of the frames that are labelled otherwise, the found labels being matched with the true ones, one to one, as
+/// well as can be.
 pub(crate) fn hamming(truth: &[Vec<usize>], found: &[Vec<usize>]) -> f64 {
     let mut names: Vec<usize> = found.iter().flatten().copied().collect();
     names.sort_unstable();

@@ -87,7 +87,8 @@ fn a_pick_and_a_place_follow_their_objects() {
     assert!(object == "tray" && (at - Vector3::new(0.0, 0.0, 0.05)).norm() < 0.01, "a release at {at} of {object}");
 }
 
-/// What ran last ended where the originals ended, so what follows it now follows a node that END follows too, whatever the nodes have become.
+/// What ran last ended where the originals ended, so what follows it now follows a node that END follows too, whatever
+/// the nodes have become.
 #[test]
 fn a_correction_begins_after_what_ran_last() {
     let mut model = taught();

@@ -1,7 +1,8 @@
-//! Block sorting without physics, as in the paper's simulated evaluation: two blocks, two bins, and corrections that need a known edit.
+//! Block sorting without physics, as in the paper's simulated evaluation: two blocks, two bins, and corrections that
+//! need a known edit.
 //!
-//! A state is each block's place and whether it is held, and whether a lid is on the bins. What a skill does to the world is written down, not
-//! simulated; the table is laid anew for every demonstration.
+//! A state is each block's place and whether it is held, and whether a lid is on the bins. What a skill does to the
+//! world is written down, not simulated; the table is laid anew for every demonstration.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -190,7 +191,8 @@ impl World {
         let reference: Arc<str> = name.into();
         let reference_pose = Pose::from_parts(Translation3::from(at), UnitQuaternion::identity());
         let state = self.state();
-        // Novices give a keyframe too many in 15 % of the cases, somewhere near, and leave 7 % of those out that do nothing to the hand.
+        // Novices give a keyframe too many in 15 % of the cases, somewhere near, and leave 7 % of those out that do
+        // nothing to the hand.
         let mut shown = Vec::new();
         let mut before = None;
         for (place, gripper) in path {
@@ -311,12 +313,14 @@ fn taught(originals: &[Demonstration], done: usize, parameters: ItmcdParameters)
     (graph.nodes.len() == TASK.len()).then_some((task, last))
 }
 
-/// Two to four originals, by a careful teacher and a novice in turns (0.5 cm and 1 cm, 2° and more), both of them clumsy with keyframes.
+/// Two to four originals, by a careful teacher and a novice in turns (0.5 cm and 1 cm, 2° and more), both of them
+/// clumsy with keyframes.
 ///
-/// Measured: 212 of 224 right; of 25 that need nothing 15, of the others 197 of 199. What errs are needless modifications and nodes where the
-/// correction, or one of few originals, has a keyframe too many: it moves all ten points behind it along the path, and they are taken for ten
-/// witnesses (see `frames`). Nothing was chosen on these draws. At 0.946 the standard error over 224 draws is 0.015: 0.9 is three of them
-/// below; and half of a need's draws is three of *its* standard errors below the worst but for needs nothing, which is one.
+/// Measured: 212 of 224 right; of 25 that need nothing 15, of the others 197 of 199. What errs are needless
+/// modifications and nodes where the correction, or one of few originals, has a keyframe too many: it moves all ten
+/// points behind it along the path, and they are taken for ten witnesses (see `frames`). Nothing was chosen on these
+/// draws. At 0.946 the standard error over 224 draws is 0.015: 0.9 is three of them below; and half of a need's draws
+/// is three of *its* standard errors below the worst but for needs nothing, which is one.
 #[test]
 fn the_planted_edit_is_chosen() {
     let (mut right, mut all, mut work) = (0, 0, Counters::default());
@@ -378,8 +382,9 @@ fn the_planted_edit_is_chosen() {
     }
 }
 
-/// A neighbour and its neighbour in a dense interpolation are so alike that an autoregression learns to copy, wherever the path is; so a policy
-/// that is shifted as a whole looks like noise at one point. That is why the default has no lag: this keeps the reason true.
+/// A neighbour and its neighbour in a dense interpolation are so alike that an autoregression learns to copy, wherever
+/// the path is; so a policy that is shifted as a whole looks like noise at one point. That is why the default has no
+/// lag: this keeps the reason true.
 #[test]
 fn an_autoregression_does_not_see_a_path_that_moved() {
     let mut seen = [0, 0];
@@ -481,8 +486,9 @@ fn a_task_that_stands_still_can_be_corrected() {
     assert_eq!(chosen(&task), Some(Edit::None));
 }
 
-/// Corrections as nobody gives them: one keyframe, about a known object or an unknown one, from anywhere, again and again, after a single
-/// original. Each is folded in or refused, and what is left is a model that runs and that repeats itself.
+/// Corrections as nobody gives them: one keyframe, about a known object or an unknown one, from anywhere, again and
+/// again, after a single original. Each is folded in or refused, and what is left is a model that runs and that repeats
+/// itself.
 #[test]
 fn odd_corrections_are_folded_in_or_refused() {
     let keyframe = |object: &str, at: f64| Keyframe {

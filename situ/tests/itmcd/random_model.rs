@@ -34,7 +34,8 @@ pub(crate) fn emission(rng: &mut ChaCha8Rng) -> Emission {
     Emission::new(weights, covariance, INPUTS).unwrap()
 }
 
-/// A model of so many phases over two contexts, every child permitted with even odds and at least one; φ = ψ = (1, the first coordinate).
+/// A model of so many phases over two contexts, every child permitted with even odds and at least one; φ = ψ = (1, the
+/// first coordinate).
 pub(crate) fn model(phases: usize, contexts: usize, rng: &mut ChaCha8Rng) -> Starhmm {
     let children = |own: Option<usize>, rng: &mut ChaCha8Rng| {
         let others = (0..phases).chain([END]).filter(|to| Some(*to) != own || rng.random());

@@ -68,7 +68,8 @@ fn joint(model: &Starhmm, index: usize, sequence: &Sequence, path: &[usize]) -> 
     probability
 }
 
-/// Every path of up to 3 phases over up to 6 steps, with an origin, steps after which no phase can end, an absent phase and tied v among the draws.
+/// Every path of up to 3 phases over up to 6 steps, with an origin, steps after which no phase can end, an absent phase
+/// and tied v among the draws.
 #[test]
 fn inference_is_the_sum_over_all_paths() {
     let (mut compared, mut impossible) = (0, 0);
@@ -140,8 +141,8 @@ fn inference_is_the_sum_over_all_paths() {
     assert!(compared >= 200 && impossible >= 10, "{compared} compared, {impossible} impossible");
 }
 
-/// 1000 random starts, on sequences of another model; among them are steps after which no phase can end, phases that are absent from a
-/// sequence, and phases that share w and v, as versions of a node do.
+/// 1000 random starts, on sequences of another model; among them are steps after which no phase can end, phases that
+/// are absent from a sequence, and phases that share w and v, as versions of a node do.
 #[test]
 fn no_iteration_lowers_the_log_likelihood() {
     let parameters = FitParameters {
@@ -238,7 +239,8 @@ fn a_planted_model_is_recovered() {
     let [share, bound] = [right, possible].map(|count| count as f64 / all as f64);
     println!("{all} steps, {} iterations: worst weight or variance off by {worst:.3}", fit.iterations());
     println!("{share:.4} of phases right; {bound:.4} with the planted parameters");
-    // 800 steps a phase: the standard error of an offset, the state being up to 4 from 0 and scattered by 1, is about 0.08.
+    // 800 steps a phase: the standard error of an offset, the state being up to 4 from 0 and scattered by 1, is about
+    // 0.08.
     assert!(worst < 0.25, "{worst}");
     // No model finds more than the planted one, but by chance.
     assert!(bound < 0.99 && share > bound - 0.01, "{share} {bound}");

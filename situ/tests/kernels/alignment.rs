@@ -9,7 +9,8 @@ fn poses(points: &[(f64, f64)]) -> Vec<Pose> {
     points.iter().map(|(x, y)| Pose::from_parts(Translation3::new(*x, *y, 0.0), UnitQuaternion::identity())).collect()
 }
 
-/// The least greatest distance over all subsets of `long` as large as `short`, each a number whose bits say who is in it.
+/// The least greatest distance over all subsets of `long` as large as `short`, each a number whose bits say who is in
+/// it.
 fn by_subsets(short: &[(f64, f64)], long: &[(f64, f64)]) -> f64 {
     let subsets = (0_u32..1 << long.len()).filter(|subset| subset.count_ones() as usize == short.len());
     let farthest = subsets.map(|subset| {

@@ -8,8 +8,8 @@ fn at(n: usize, row: usize, column: usize) -> usize {
     low * n - low * (low + 1) / 2 + high - low - 1
 }
 
-/// Merges the two clusters whose members are nearest on average, until none are at most `tau` apart. All averages anew from
-/// the distances each time. Labels in order of first members; heights of the merges.
+/// Merges the two clusters whose members are nearest on average, until none are at most `tau` apart. All averages anew
+/// from the distances each time. Labels in order of first members; heights of the merges.
 fn brute_force(distances: &[f64], n: usize, tau: f64) -> (Vec<usize>, Vec<f64>) {
     let mut clusters: Vec<Vec<usize>> = (0..n).map(|member| vec![member]).collect();
     let mut heights = Vec::new();

@@ -94,7 +94,8 @@ fn sampling_is_its_seed() {
     assert_eq!(monte_carlo(&p, &short, 100, 3).standard_error, f64::INFINITY);
 }
 
-/// Sampling against a cut draws no more than it must, is on the side that all samples are on, and without a decision it is all of them.
+/// Sampling against a cut draws no more than it must, is on the side that all samples are on, and without a decision it
+/// is all of them.
 #[test]
 fn sampling_stops_when_the_side_of_the_cut_is_certain() {
     let p = left_to_right(&[0.0, 1.0, 2.0], DEVIATION, 0.5);
@@ -193,8 +194,8 @@ proptest! {
         prop_assert!(p.kl(&p).abs() < 1e-11);
     }
 
-    /// A covariance carried along the geodesic by reflection at its middle (one rung of a pole ladder, exact in a symmetric
-    /// space) is the same covariance there, so that only the distance of the means is left.
+    /// A covariance carried along the geodesic by reflection at its middle (one rung of a pole ladder, exact in a
+    /// symmetric space) is the same covariance there, so that only the distance of the means is left.
     #[test]
     fn a_covariance_is_carried_along_the_geodesic(
         base in pose(),

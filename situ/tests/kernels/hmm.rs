@@ -127,8 +127,8 @@ proptest! {
     }
 }
 
-/// A scaled forward recursion loses the second state here: after the first frame it is e^−800 as likely as the first, and
-/// yet it is on the only path that explains the third frame.
+/// A scaled forward recursion loses the second state here: after the first frame it is e^−800 as likely as the first,
+/// and yet it is on the only path that explains the third frame.
 #[test]
 fn a_path_far_less_likely_at_first_is_not_lost() {
     let mut hmm = left_to_right(&[0.0, 40.0, 0.0], 1.0, 0.5);

@@ -88,7 +88,8 @@ fn a_mean_of_nothing_is_the_identity_and_of_one_pose_itself() {
     assert!((log(&Pose::identity(), &mean).norm() - 1.55).abs() < 1e-9);
 }
 
-/// The length of the logarithm is the angle, by the arc tangent of the standard library, at all angles and to the last digits.
+/// The length of the logarithm is the angle, by the arc tangent of the standard library, at all angles and to the last
+/// digits.
 #[test]
 fn the_logarithm_loses_no_digit_at_any_angle() {
     let angles = (0..=1000).map(|step| f64::from(step) / 1000.0 * PI).chain((1..300).map(|step| 10_f64.powi(-step)));

@@ -1,4 +1,5 @@
-//! An initiation classifier: a ridge logistic regression over the scaled features and their squares (decisions D2b, D2c, D10b, D16).
+//! An initiation classifier: a ridge logistic regression over the scaled features and their squares (decisions D2b,
+//! D2c, D10b, D16).
 
 use nalgebra::{DMatrix, DVector};
 use situ::demonstration::State;

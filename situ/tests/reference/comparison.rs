@@ -110,7 +110,8 @@ impl Comparison {
     }
 
     /// # Panics
-    /// Unless both are one automaton over the same data, its numbers the same but for rounding. The classifiers are asked about `state`.
+    /// Unless both are one automaton over the same data, its numbers the same but for rounding. The classifiers are
+    /// asked about `state`.
     fn agree(&self, state: &State, summary: &mut Summary) {
         let (fast, plain) = (&self.fast, &self.plain);
         assert!(fast.edges().eq(plain.edges()), "{}: edges", summary.now);

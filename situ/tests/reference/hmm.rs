@@ -1,4 +1,5 @@
-//! A left-to-right hidden Markov model of keyframes, and its fit by expectation maximisation, all in logarithms (decisions D12 to D14).
+//! A left-to-right hidden Markov model of keyframes, and its fit by expectation maximisation, all in logarithms
+//! (decisions D12 to D14).
 
 use core::f64::consts::PI;
 
@@ -187,7 +188,8 @@ impl Hmm {
             *emission = if first {
                 about(mean(&poses, dominant(&poses)))
             } else {
-                // The mean on the manifold need not be the best for a full covariance: where it is worse by more than rounding, the old one stays.
+                // The mean on the manifold need not be the best for a full covariance: where it is worse by more than
+                // rounding, the old one stays.
                 let (moved, stayed) = (about(mean(&poses, emission.mean.rotation)), about(emission.mean));
                 if stayed.log_determinant < moved.log_determinant - 1e-9 { stayed } else { moved }
             };
@@ -220,8 +222,8 @@ fn evenly_cut(frames: usize, states: usize) -> Expected {
     Expected::new(f64::NAN, shares, ways)
 }
 
-/// Probabilities in proportion to these counts, but none below the floor: what would be is put on it, and the others share the rest. None
-/// at all where nothing was counted.
+/// Probabilities in proportion to these counts, but none below the floor: what would be is put on it, and the others
+/// share the rest. None at all where nothing was counted.
 fn proportions(counts: Vec<f64>, floor: f64) -> Vec<f64> {
     let mut on_floor = vec![false; counts.len()];
     loop {

@@ -1,5 +1,5 @@
-//! Speed changes no decision: over a thousand random corrections the learner of the crate makes the automata of a plain one, which shares
-//! none of its kernels.
+//! Speed changes no decision: over a thousand random corrections the learner of the crate makes the automata of a plain
+//! one, which shares none of its kernels.
 //!
 //! A decision could differ by rounding alone, where a number falls on its threshold. None of these does.
 

@@ -93,7 +93,8 @@ impl Task {
             .collect()
     }
 
-    /// A correction after any primitive: something new, something known out of turn, what comes next in another way, or as it was.
+    /// A correction after any primitive: something new, something known out of turn, what comes next in another way, or
+    /// as it was.
     pub(crate) fn correction(&mut self) -> Shown {
         let ran = self.rng.random_range(0..=self.primitives.len());
         let next = if ran < self.chain { ran } else { self.rng.random_range(0..self.chain) };

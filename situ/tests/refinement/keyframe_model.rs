@@ -51,7 +51,8 @@ fn the_whole_path_moved_moves_every_cluster() {
     assert_same(&corrected(std::slice::from_ref(&shown)), &shown);
 }
 
-/// Noise is averaged: a keyframe 2 cm off, the fourth instance, moves its cluster by half a centimetre. Up to 5 cm are noise, 6 are not.
+/// Noise is averaged: a keyframe 2 cm off, the fourth instance, moves its cluster by half a centimetre. Up to 5 cm are
+/// noise, 6 are not.
 #[test]
 fn an_instance_is_averaged_in() {
     for (off, moves) in [(0.02, 0.005), (0.05, 0.0125), (0.06, 0.06)] {

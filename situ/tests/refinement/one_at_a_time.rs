@@ -1,15 +1,16 @@
 //! One weight at a time against all at once (Bajcsy et al. 2018), in a simulation of a person who pushes a robot.
 //!
-//! Some of twelve weights are wrong. As long as a feature of the plan is off by more than a quarter of its range the person corrects the plan,
-//! four times at the most, and every correction changes every feature a little that was not meant to change. Two persons are told apart:
+//! Some of twelve weights are wrong. As long as a feature of the plan is off by more than a quarter of its range the
+//! person corrects the plan, four times at the most, and every correction changes every feature a little that was not
+//! meant to change. Two persons are told apart:
 //!
-//! - the one of the paper, who *means one feature*, the one that is most off. One weight at a time wins, for it leaves the unintended
-//!   changes out: as published. By how much it wins where *several* weights are wrong, which is where the published margin is greatest,
-//!   depends: with little unintended change the margin grows with the number of wrong weights; with much it shrinks, since
-//!   it is the weights that were right to which all-at-once does harm.
-//! - one who *shows all of it at once*, as a corrective demonstration does. Where one weight is wrong, one at a time still wins. Where several
-//!   are, its last error is smaller, but it needs as many corrections as there are wrong weights, and its regret is greater: the published direction does
-//!   not hold for demonstrations.
+//! - the one of the paper, who *means one feature*, the one that is most off. One weight at a time wins, for it leaves
+//!   the unintended changes out: as published. By how much it wins where *several* weights are wrong, which is where
+//!   the published margin is greatest, depends: with little unintended change the margin grows with the number of wrong
+//!   weights; with much it shrinks, since it is the weights that were right to which all-at-once does harm.
+//! - one who *shows all of it at once*, as a corrective demonstration does. Where one weight is wrong, one at a time
+//!   still wins. Where several are, its last error is smaller, but it needs as many corrections as there are wrong
+//!   weights, and its regret is greater: the published direction does not hold for demonstrations.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -32,7 +33,8 @@ enum Person {
     ShowsAll,
 }
 
-/// The length of the error of the weights, in ranges, after the corrections; and the regret, the mean over them of half its square.
+/// The length of the error of the weights, in ranges, after the corrections; and the regret, the mean over them of half
+/// its square.
 fn run(seed: u64, person: Person, wrong: usize, unintended: f64, rule: Rule) -> (f64, f64) {
     let mut rng = ChaCha8Rng::seed_from_u64(stream(seed, "physical corrections"));
     let mut wanted: Features = [0.0; FEATURES];

@@ -88,7 +88,8 @@ fn corrected(rule: Rule, corrections: &[Segment]) -> Vec<Refined> {
     refine.keyframes(&primitive)
 }
 
-/// What the features can say is learnt from one correction by every rule that moves all weights, and one axis at a time by the other.
+/// What the features can say is learnt from one correction by every rule that moves all weights, and one axis at a time
+/// by the other.
 #[test]
 fn a_shift_is_learnt() {
     const BY: [f64; 3] = [0.0, 0.06, 0.10];

@@ -130,7 +130,8 @@ fn a_corrected_primitive_is_sampled_about_its_mean() {
     }
 }
 
-/// What was interrupted is the first that a correction can be about; after a segment that is, what is about to run is what follows it.
+/// What was interrupted is the first that a correction can be about; after a segment that is, what is about to run is
+/// what follows it.
 #[test]
 fn a_correction_is_about_what_was_interrupted_and_what_follows() {
     for method in refinement::all() {

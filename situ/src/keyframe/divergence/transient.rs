@@ -7,9 +7,9 @@ use crate::keyframe::hmm::{EmissionDensity, Hmm};
 /// With as many states each, state i of one stands for state i of the other:
 /// Σ π log(π/π′) + Σ n_i [KL(b_i ‖ b′_i) + Σ over j and the end of a_ij log(a_ij/a′_ij)], n the expected visits.
 ///
-/// With different numbers of states there is no such bound. Then each state of p is assigned a state of q, never going back,
-/// so that Σ n_i [KL(b_i ‖ b′) + KL of staying or leaving] is least, by dynamic programming. States of q that none is
-/// assigned to cost nothing here: the other direction counts them.
+/// With different numbers of states there is no such bound. Then each state of p is assigned a state of q, never going
+/// back, so that Σ n_i [KL(b_i ‖ b′) + KL of staying or leaving] is least, by dynamic programming. States of q that
+/// none is assigned to cost nothing here: the other direction counts them.
 ///
 /// Infinite where q cannot do what p can. Not symmetric: average it with the other direction.
 pub fn transient_bound<E: EmissionDensity>(p: &Hmm<E>, q: &Hmm<E>) -> f64 {

@@ -10,9 +10,9 @@ pub trait EmissionDensity {
     /// Log density of a frame.
     fn log_density(&self, frame: &Self::Frame) -> f64;
 
-    /// Log density of many frames under each of several emissions, a column an emission: that of frame t under emission k at
-    /// `k * length + t`, where `length`, the length of `columns` over the number of emissions, is at least the number of frames.
-    /// The rest of a column is left to the implementation.
+    /// Log density of many frames under each of several emissions, a column an emission: that of frame t under emission
+    /// k at `k * length + t`, where `length`, the length of `columns` over the number of emissions, is at least the
+    /// number of frames. The rest of a column is left to the implementation.
     fn log_densities(emissions: &[Self], frames: &[&Self::Frame], columns: &mut [f64])
     where
         Self: Sized,

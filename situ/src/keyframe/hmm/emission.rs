@@ -167,8 +167,8 @@ impl EmissionDensity for Emission {
         }
     }
 
-    /// The other mean is expressed in the tangent space at this one's, its covariance transported there along the geodesic
-    /// (Zeestraten et al. 2017). The commands count where both have one.
+    /// The other mean is expressed in the tangent space at this one's, its covariance transported there along the
+    /// geodesic (Zeestraten et al. 2017). The commands count where both have one.
     fn kl(&self, other: &Self) -> f64 {
         let apart = log(&self.mean, &other.mean);
         // In body coordinates, transport along Exp(ω) turns a tangent vector by −ω/2, and back by P = +ω/2. The other's

@@ -13,7 +13,8 @@ use crate::vector::{LANES, fours_mut, sum};
 
 /// A state with no more expected frames than this keeps the parameters it had.
 const EMPTY_STATE: f64 = 1e-12;
-/// Log determinants less than this apart are the same but for rounding: of a state with next to no frames both are the prior's.
+/// Log determinants less than this apart are the same but for rounding: of a state with next to no frames both are the
+/// prior's.
 const ROUNDING: f64 = 1e-9;
 /// Re-estimations that the records of a fit have room for from the start.
 const USUAL_ITERATIONS: usize = 100;
@@ -34,9 +35,9 @@ pub struct Fit {
     /// The objective that re-estimation climbs, at the same moments: the log likelihood plus the log prior of the
     /// covariances and of the gripper commands, but for constants.
     ///
-    /// No re-estimation lowers it, but for rounding; the log likelihood alone can fall. With rotations that holds because
-    /// of a guard: the weighted mean on the manifold need not be the best mean for a full covariance, and where it is worse
-    /// than the mean before, each with its own best covariance, that one is kept for this step.
+    /// No re-estimation lowers it, but for rounding; the log likelihood alone can fall. With rotations that holds
+    /// because of a guard: the weighted mean on the manifold need not be the best mean for a full covariance, and where
+    /// it is worse than the mean before, each with its own best covariance, that one is kept for this step.
     pub objectives: Vec<f64>,
     /// Expected number of frames in each state under the model, shape (K).
     pub occupancy: Vec<f64>,
@@ -55,8 +56,8 @@ struct Workspace {
     poses: Vec<Pose>,
     frames: Frames,
     grippers: Vec<Option<Gripper>>,
-    /// Of every state, every frame's residual in the tangent space at the state's mean, shape (K): the E step's distances, the
-    /// first step of the next mean and the scatter about the present one are all made of them.
+    /// Of every state, every frame's residual in the tangent space at the state's mean, shape (K): the E step's
+    /// distances, the first step of the next mean and the scatter about the present one are all made of them.
     residuals: Vec<Residuals>,
     /// The residuals of one state at a mean that is tried.
     tried: Residuals,
@@ -67,7 +68,8 @@ struct Workspace {
 }
 
 impl Hmm {
-    /// Fits a left-to-right model of `states` states: each can stay, go to the next, past it where `skip` is set, or end.
+    /// Fits a left-to-right model of `states` states: each can stay, go to the next, past it where `skip` is set, or
+    /// end.
     ///
     /// Starts from each sequence cut into `states` even runs; then re-estimates by expectation maximisation, maximum a
     /// posteriori: Σ = (Σγrrᵀ + ν₀S₀)/(Σγ + ν₀) with r the residual in the tangent space at the weighted mean pose, and
@@ -75,8 +77,8 @@ impl Hmm {
     /// input gives the same bits.
     ///
     /// # Errors
-    /// Where there is no sequence, one has no frame, or a number is not finite; where `states` is 0 or a parameter is out of
-    /// its range; where, with a floor of 0, a sequence is impossible.
+    /// Where there is no sequence, one has no frame, or a number is not finite; where `states` is 0 or a parameter is
+    /// out of its range; where, with a floor of 0, a sequence is impossible.
     pub fn fit(sequences: &[&[Observation]], states: usize, parameters: &HmmParameters) -> Result<Fit, HmmError> {
         if states == 0 {
             return Err(HmmError::NoState);
@@ -183,8 +185,8 @@ impl Workspace {
         })
     }
 
-    /// The start: frame t of T belongs to state ⌊tK/T⌋. Where a sequence has fewer frames than there are states, a state
-    /// without a frame borrows the one nearest to its place.
+    /// The start: frame t of T belongs to state ⌊tK/T⌋. Where a sequence has fewer frames than there are states, a
+    /// state without a frame borrows the one nearest to its place.
     fn cut_evenly(&mut self, states: usize) {
         for sequence in 0..self.recursion.starts().len() - 1 {
             let [start, after] = [0, 1].map(|end| self.recursion.starts()[sequence + end]);

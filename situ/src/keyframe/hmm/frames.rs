@@ -1,7 +1,7 @@
 //! Frames and their residuals in blocks: what the fit goes through again and again, four frames at once.
 //!
-//! A block has four numbers along each axis. The last is filled up, and a column of one number a frame is padded to whole fours ([`LANES`]);
-//! what is computed of the padding counts nowhere.
+//! A block has four numbers along each axis. The last is filled up, and a column of one number a frame is padded to
+//! whole fours ([`LANES`]); what is computed of the padding counts nowhere.
 
 use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3};
 
@@ -321,9 +321,11 @@ impl Moments<'_> {
     }
 }
 
-/// The mean's next step, from the weighted sum of the turns and their scatter about the mean, both over the weights' sum.
+/// The mean's next step, from the weighted sum of the turns and their scatter about the mean, both over the weights'
+/// sum.
 ///
-/// The logarithm's slope at a turn r is 1 + (r×)²/12 and higher terms; with it the steps converge at once where the turns are small.
+/// The logarithm's slope at a turn r is 1 + (r×)²/12 and higher terms; with it the steps converge at once where the
+/// turns are small.
 pub(super) fn mean_step(turn: &Vector3<f64>, scatter: &Matrix3<f64>) -> Vector3<f64> {
     let slope = Matrix3::identity() - (Matrix3::from_diagonal_element(scatter.trace()) - scatter) / 12.0;
     // Its eigenvalues are above 0.1 whatever the turns: they are at most π long.

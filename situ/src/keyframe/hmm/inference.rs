@@ -1,10 +1,10 @@
 //! Likelihood, posteriors and best path.
 //!
-//! Two skills can be hundreds of standard deviations apart, and a recursion that scales each frame by one number would lose
-//! the paths that matter. So a sequence of a left-to-right model is first gone through in plain numbers, each frame scaled by
-//! its greatest density. Scaled so, what underflows is below e^−708 of the product of the greatest densities; where the
-//! likelihood is far above that, nothing of it was lost. Where it is not, or the model is of another topology, the sequence
-//! is gone through in numbers that have an exponent of their own.
+//! Two skills can be hundreds of standard deviations apart, and a recursion that scales each frame by one number would
+//! lose the paths that matter. So a sequence of a left-to-right model is first gone through in plain numbers, each
+//! frame scaled by its greatest density. Scaled so, what underflows is below e^−708 of the product of the greatest
+//! densities; where the likelihood is far above that, nothing of it was lost. Where it is not, or the model is of
+//! another topology, the sequence is gone through in numbers that have an exponent of their own.
 
 mod general;
 mod left_to_right;
@@ -316,8 +316,8 @@ impl<E: EmissionDensity> Hmm<E> {
         (log_likelihood > f64::NEG_INFINITY).then_some(Expectations { log_likelihood, occupancy, transitions })
     }
 
-    /// The most probable path, shape (T), and its log probability with the frames and the end (Viterbi). Of paths that tie,
-    /// the one through the lowest states at its last differing frame. No frame: no path, −∞.
+    /// The most probable path, shape (T), and its log probability with the frames and the end (Viterbi). Of paths that
+    /// tie, the one through the lowest states at its last differing frame. No frame: no path, −∞.
     pub fn viterbi(&self, frames: &[E::Frame]) -> (Vec<usize>, f64) {
         if frames.is_empty() {
             return (Vec::new(), f64::NEG_INFINITY);
@@ -367,7 +367,8 @@ mod tests {
 
     use super::*;
 
-    /// Where plain numbers are enough, they find what numbers of any magnitude find; and they are not enough where states are far apart.
+    /// Where plain numbers are enough, they find what numbers of any magnitude find; and they are not enough where
+    /// states are far apart.
     #[test]
     fn both_ways_to_go_through_a_sequence_agree() {
         let mut rng = ChaCha8Rng::seed_from_u64(11);

@@ -3,12 +3,12 @@
 use super::Hmm;
 
 impl<E> Hmm<E> {
-    /// Expected number of frames in each state, n = πᵀ (I − A)⁻¹, shape (K). Infinite throughout where some sequence never
-    /// ends.
+    /// Expected number of frames in each state, n = πᵀ (I − A)⁻¹, shape (K). Infinite throughout where some sequence
+    /// never ends.
     pub fn expected_visits(&self) -> Vec<f64> {
         let k = self.states();
-        // (I − A)ᵀ n = π by elimination. No rows are exchanged: rows of A sum to at most 1, so in every column the diagonal
-        // outweighs the rest, and elimination keeps that.
+        // (I − A)ᵀ n = π by elimination. No rows are exchanged: rows of A sum to at most 1, so in every column the
+        // diagonal outweighs the rest, and elimination keeps that.
         let mut matrix: Vec<f64> = (0..k * k)
             .map(|at| f64::from(u8::from(at / k == at % k)) - self.transition[(at % k) * k + at / k])
             .collect();

@@ -12,9 +12,9 @@ pub(super) fn last_start(states: usize, skip: bool) -> usize {
 
 /// The probabilities, none below `floor`, that maximise Σ count · log probability; written over the counts.
 ///
-/// Those that fall below the floor are put on it and the others share the rest in proportion to their counts, until none
-/// falls. That is the constrained maximum, so that a re-estimation never lowers the likelihood. Returns false, and leaves
-/// all as it was, where there is no count.
+/// Those that fall below the floor are put on it and the others share the rest in proportion to their counts, until
+/// none falls. That is the constrained maximum, so that a re-estimation never lowers the likelihood. Returns false, and
+/// leaves all as it was, where there is no count.
 pub(super) fn proportions(counts: &mut [f64], floor: f64) -> bool {
     let total: f64 = counts.iter().sum();
     if total <= 0.0 {

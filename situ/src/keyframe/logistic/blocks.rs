@@ -1,7 +1,7 @@
 //! Matrices in blocks of eight columns: what a regression multiplies, on the widest vectors.
 //!
-//! A block holds its eight numbers of every row, one row after the other. Rows and columns are padded with zeros, and so are vectors: to
-//! multiples of [`EIGHT`].
+//! A block holds its eight numbers of every row, one row after the other. Rows and columns are padded with zeros, and
+//! so are vectors: to multiples of [`EIGHT`].
 
 use crate::vector::{EIGHT, joined, loops};
 
@@ -267,7 +267,8 @@ fn add_square((left, right, size, square): (&[Eight], &Blocks, usize, &mut Block
 mod tests {
     use super::*;
 
-    /// Compiled for any processor and for the widest vectors of this one, a kernel has the same bits, and they are the sum that they say.
+    /// Compiled for any processor and for the widest vectors of this one, a kernel has the same bits, and they are the
+    /// sum that they say.
     #[test]
     fn the_same_bits_on_the_widest_vectors() {
         let rows: Vec<Vec<f64>> =

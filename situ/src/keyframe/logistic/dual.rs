@@ -1,9 +1,9 @@
 //! Newton's method in the samples' dimension.
 //!
 //! Weights are w = c w₀ + Xᵀ α, w₀ those of the start, c = 1 and α = 0 at first; a full step brings c to 0, for at the
-//! minimum w = −Xᵀ r / λ. With G = X Xᵀ and u = X w₀ a step is found without the features' dimension. What it leads to is
-//! seen from the weights all the same: with features of a thousand G α is a small sum of large terms, and where its rounding
-//! is more than what is left to gain, no step is good enough.
+//! minimum w = −Xᵀ r / λ. With G = X Xᵀ and u = X w₀ a step is found without the features' dimension. What it leads to
+//! is seen from the weights all the same: with features of a thousand G α is a small sum of large terms, and where its
+//! rounding is more than what is left to gain, no step is good enough.
 
 use super::blocks::{Blocks, PANEL, add_transposed, scaled, times, times_each};
 use super::factor::Factor;
@@ -197,8 +197,8 @@ impl<'a> Start<'a> {
         factored
     }
 
-    /// The Newton step: δc = −c, and D (G δα − c u + δb) + λ δα = −h with h = r + λ α and Σ (α + δα) = 0. With R = √D and
-    /// δα = R β, (R G R + λ) β = R c u − h/R − R δb. False where it cannot be solved.
+    /// The Newton step: δc = −c, and D (G δα − c u + δb) + λ δα = −h with h = r + λ α and Σ (α + δα) = 0. With R = √D
+    /// and δα = R β, (R G R + λ) β = R c u − h/R − R δb. False where it cannot be solved.
     fn step(&self, at: &Point, workspace: &mut Workspace, step: &mut Step) -> bool {
         let Workspace { factor, roots, ones, wanted, .. } = workspace;
         let (residuals, ridge, n) = (&at.slopes.residuals, self.problem.ridge, self.problem.rows.len());

@@ -6,8 +6,9 @@ use super::problem::{Problem, Slopes, along, product, search, steepest};
 use super::{LogisticError, LogisticFit, LogisticParameters, dot};
 use crate::vector::{EIGHT, Four, Kernel, Wide, widest};
 
-/// Where a step left at most this share of the gradient, the curvatures did not change much, and the next step takes them as they were: it
-/// leaves about twice the share, and costs a fraction. Not in the samples' dimension, where a matrix costs little more than a step.
+/// Where a step left at most this share of the gradient, the curvatures did not change much, and the next step takes
+/// them as they were: it leaves about twice the share, and costs a fraction. Not in the samples' dimension, where a
+/// matrix costs little more than a step.
 const ENOUGH: f64 = 0.1;
 
 /// Where the descent is.

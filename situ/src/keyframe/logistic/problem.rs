@@ -39,7 +39,8 @@ impl Slopes {
         Self { residuals: zeros.clone(), curvatures: zeros }
     }
 
-    /// The slopes at the log odds of a panel of samples, from the sample `first`; adds Σ s_i (log(1 + e^z_i) − t_i z_i) to running sums.
+    /// The slopes at the log odds of a panel of samples, from the sample `first`; adds Σ s_i (log(1 + e^z_i) − t_i z_i)
+    /// to running sums.
     #[inline(always)]
     pub(super) fn set<S: Wide>(
         &mut self,
@@ -96,8 +97,8 @@ pub(super) fn steepest(gradient: &[f64]) -> f64 {
     gradient.iter().fold(0.0, worse)
 }
 
-/// Halves a step until the objective falls as the slope promises: whether some length will do. It is the one that `objective` was last
-/// asked for.
+/// Halves a step until the objective falls as the slope promises: whether some length will do. It is the one that
+/// `objective` was last asked for.
 pub(super) fn search(value: f64, slope: f64, mut objective: impl FnMut(f64) -> f64) -> bool {
     let mut length = 1.0;
     for _ in 0..HALVINGS {

@@ -1,8 +1,10 @@
-//! The automaton of the labels: a node for each behaviour that ends at one place of one object, an edge wherever one run followed another.
+//! The automaton of the labels: a node for each behaviour that ends at one place of one object, an edge wherever one
+//! run followed another.
 //!
-//! The original finds coordinate frames by clustering the ends of each behaviour's runs in the frame of every object. Demonstrations here name their
-//! reference object, so a run takes the object that most of its frames name, and only the clusters remain to be found: runs of one
-//! behaviour that end on two objects, or far apart on one, or with the gripper told otherwise, are of two nodes. A *reconstruction*.
+//! The original finds coordinate frames by clustering the ends of each behaviour's runs in the frame of every object.
+//! Demonstrations here name their reference object, so a run takes the object that most of its frames name, and only
+//! the clusters remain to be found: runs of one behaviour that end on two objects, or far apart on one, or with the
+//! gripper told otherwise, are of two nodes. A *reconstruction*.
 
 use std::collections::BTreeMap;
 
@@ -110,7 +112,8 @@ impl Automaton {
         branch.add(next, state, &self.scales);
     }
 
-    /// The node that has most of the frames in which these stretches end, the first of equals: what ran last ran to its end.
+    /// The node that has most of the frames in which these stretches end, the first of equals: what ran last ran to its
+    /// end.
     fn node_of(&self, stretches: &[Stretch]) -> Option<usize> {
         let common = |node: &Node| -> usize {
             node.runs.iter().flat_map(|run| stretches.iter().map(|stretch| run.stretch.overlap(&stretch.tail()))).sum()
@@ -142,8 +145,8 @@ impl Automaton {
     }
 }
 
-/// The node that a run belongs to, if it is there: of this behaviour, on this object, whose first run ends nearest, and near enough, with the
-/// gripper told the same.
+/// The node that a run belongs to, if it is there: of this behaviour, on this object, whose first run ends nearest, and
+/// near enough, with the gripper told the same.
 fn alike(members: &[Vec<(Run, &[Frame])>], run: &Run, frames: &[Frame]) -> Option<usize> {
     let end = |run: &Run, frames: &[Frame]| {
         let last = &frames[run.stretch.end - 1];

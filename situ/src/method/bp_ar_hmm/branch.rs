@@ -28,8 +28,9 @@ impl Branch {
         self.examples.iter().map(|(place, _)| *place).collect()
     }
 
-    /// What follows in this state. The only child is certain; of several, the nearest example's, the first of equals, is as probable as the
-    /// nearest of another is far: (1 + b) / (2 + a + b) at distances a and b, from ½ to 1. The original's classifier says no probability.
+    /// What follows in this state. The only child is certain; of several, the nearest example's, the first of equals,
+    /// is as probable as the nearest of another is far: (1 + b) / (2 + a + b) at distances a and b, from ½ to 1. The
+    /// original's classifier says no probability.
     pub(super) fn next(&self, state: &State, scales: &[f64]) -> Option<(Place, f64)> {
         let state = scaled(state, scales);
         let distance = |example: &[f64]| example.iter().zip(&state).map(|(left, right)| (left - right).abs()).sum();

@@ -59,8 +59,8 @@ pub(super) fn at_even_times<const N: usize>(points: &[SVector<f64, N>], count: u
 }
 
 impl<const N: usize> Dmp<N> {
-    /// Taught by trajectories, each of points at even times and stretched to the same τ: f is what the equation lacks, and w the weighted least
-    /// squares of it, kernel by kernel.
+    /// Taught by trajectories, each of points at even times and stretched to the same τ: f is what the equation lacks,
+    /// and w the weighted least squares of it, kernel by kernel.
     pub fn taught(trajectories: &[Vec<SVector<f64, N>>]) -> Self {
         let mut tops = vec![SVector::<f64, N>::zeros(); KERNELS];
         let mut bottoms = [0.0; KERNELS];
@@ -87,8 +87,8 @@ impl<const N: usize> Dmp<N> {
         Self { weights: weights.collect() }
     }
 
-    /// The trajectory from `start` to `goal`, from rest: the points at 201 even times of τ, both ends among them, and last the point where
-    /// it settles.
+    /// The trajectory from `start` to `goal`, from rest: the points at 201 even times of τ, both ends among them, and
+    /// last the point where it settles.
     pub fn rollout(&self, start: &SVector<f64, N>, goal: &SVector<f64, N>) -> Vec<SVector<f64, N>> {
         let pace = STEPS as f64;
         let damping = 2.0 * libm::sqrt(STIFFNESS);

@@ -1,4 +1,5 @@
-//! The labels of all recordings at once: several chains, and of all their states the most probable given their own hyperparameters.
+//! The labels of all recordings at once: several chains, and of all their states the most probable given their own
+//! hyperparameters.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -1,9 +1,10 @@
 //! What the hidden Markov model sees of a recording.
 //!
-//! A frame is seven numbers: the gripper's position (3) and rotation vector (3), and its opening (1), *in the frame of the reference object*
-//! that the demonstration names, frozen at the segment's first keyframe. The frame before it is seen from the same place, so that
-//! nothing jumps where the reference changes. The rotation vector is taken at the mean rotation of all frames: a hand that points down is half
-//! a turn from the identity, where rotation vectors jump. Each number is divided by the deviation of its first differences.
+//! A frame is seven numbers: the gripper's position (3) and rotation vector (3), and its opening (1), *in the frame of
+//! the reference object* that the demonstration names, frozen at the segment's first keyframe. The frame before it is
+//! seen from the same place, so that nothing jumps where the reference changes. The rotation vector is taken at the
+//! mean rotation of all frames: a hand that points down is half a turn from the identity, where rotation vectors jump.
+//! Each number is divided by the deviation of its first differences.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -14,8 +15,8 @@ use crate::keyframe::pose::{karcher_mean, log};
 
 /// Numbers of an observation.
 pub(super) const SIZE: usize = 7;
-/// Least deviation of a first difference: 1 mm (3), 0.01 rad (3) and a 100th of the stroke, a frame. What hardly ever moves must not count by
-/// its rounding errors.
+/// Least deviation of a first difference: 1 mm (3), 0.01 rad (3) and a 100th of the stroke, a frame. What hardly ever
+/// moves must not count by its rounding errors.
 const LEAST_DEVIATION: [f64; SIZE] = [1e-3, 1e-3, 1e-3, 1e-2, 1e-2, 1e-2, 1e-2];
 /// S₀ is so much of the covariance of first differences (Fox et al. 2014).
 const SCALE_SHARE: f64 = 0.5;

@@ -16,8 +16,8 @@ pub struct BpArHmmParameters {
 }
 
 impl Default for BpArHmmParameters {
-    /// 2 chains of 200 sweeps, for cost: every correction pays for them anew, with all recordings. The original's are, as we remember
-    /// Niekum et al. 2012, 10 chains of 1000. What those find and cost beside ours prints
+    /// 2 chains of 200 sweeps, for cost: every correction pays for them anew, with all recordings. The original's are,
+    /// as we remember Niekum et al. 2012, 10 chains of 1000. What those find and cost beside ours prints
     /// `cargo test --release -p situ --test bp_ar_hmm a_lesson -- --include-ignored --nocapture`.
     fn default() -> Self {
         Self { chains: 2, sweeps: 200, unique_features: 2, moves: Moves::default() }

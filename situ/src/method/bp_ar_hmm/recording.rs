@@ -1,7 +1,8 @@
 //! A demonstration as a recording at a fixed rate: what the original was fed, interpolated between keyframes.
 //!
-//! The gripper goes straight from keyframe to keyframe, turning at an even rate, at the planner's speed; it stands still where it rested and
-//! where its command changed. The recording begins at the first keyframe: where the hand came from is not known.
+//! The gripper goes straight from keyframe to keyframe, turning at an even rate, at the planner's speed; it stands
+//! still where it rested and where its command changed. The recording begins at the first keyframe: where the hand came
+//! from is not known.
 
 use crate::demonstration::{Demonstration, Gripper, Keyframe, Pose};
 use crate::keyframe::pose::{exp, log};
@@ -22,7 +23,8 @@ const MOST_FRAMES: f64 = 1000.0;
 pub(super) struct Frame {
     /// The gripper, world frame.
     pub(super) pose: Pose,
-    /// The reference object as it is now, world frame; between two keyframes that name it, on the way from the one pose to the other.
+    /// The reference object as it is now, world frame; between two keyframes that name it, on the way from the one pose
+    /// to the other.
     pub(super) object: Pose,
     /// The reference object as it was at its segment's first keyframe (decision D0b), world frame.
     pub(super) frozen: Pose,

@@ -7,10 +7,12 @@ use serde::Serialize;
 use super::recording::Frame;
 use crate::demonstration::Demonstration;
 
-/// Runs of fewer frames, 0.3 s, are taken for a flicker and belong to the run before (a reconstruction: what the original does is not known to us).
+/// Runs of fewer frames, 0.3 s, are taken for a flicker and belong to the run before (a reconstruction: what the
+/// original does is not known to us).
 const LEAST_FRAMES: usize = 3;
 
-/// Frames that are the end of a run: half a second. The cut itself moves by a frame or two from one segmentation to the next.
+/// Frames that are the end of a run: half a second. The cut itself moves by a frame or two from one segmentation to the
+/// next.
 const TAIL_FRAMES: usize = 5;
 
 /// Frames of one recording, as a range.

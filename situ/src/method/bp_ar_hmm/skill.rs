@@ -1,4 +1,5 @@
-//! What a node does: a movement primitive in the frame of its reference object, with what the gripper is told on the way.
+//! What a node does: a movement primitive in the frame of its reference object, with what the gripper is told on the
+//! way.
 
 use std::sync::Arc;
 
@@ -81,8 +82,8 @@ impl Skill {
         }
     }
 
-    /// The keyframes of one execution, relative to the reference object: waypoints of the movement's rollout. A sample has another start and
-    /// another goal, from the scatter of the runs'.
+    /// The keyframes of one execution, relative to the reference object: waypoints of the movement's rollout. A sample
+    /// has another start and another goal, from the scatter of the runs'.
     pub(super) fn keyframes(&self, execution: Execution, rng: &mut impl Rng) -> Vec<RelativeKeyframe> {
         let mut end = |end: &End| match execution {
             Execution::Mean => end.mean,
@@ -127,7 +128,8 @@ impl End {
     }
 }
 
-/// The waypoints: evenly in time, the end among them, and wherever the command changes. The command at a step is that of most runs.
+/// The waypoints: evenly in time, the end among them, and wherever the command changes. The command at a step is that
+/// of most runs.
 fn waypoints(runs: &[&[Frame]]) -> Vec<Waypoint> {
     let at = |frames: &[Frame], step: usize| (step * (frames.len() - 1) + STEPS / 2) / STEPS;
     let command = |step: usize| majority(runs.iter().map(|frames| frames[at(frames, step)].command));

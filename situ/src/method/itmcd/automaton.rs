@@ -42,8 +42,8 @@ pub(super) fn steps(frames: &Frames, history: &History, context: impl Fn(usize, 
 }
 
 impl Automaton {
-    /// The model of an automaton, emissions fitted to the segments of each node, and the sequences of its histories. Terminations and entries
-    /// are even: the first EM learns them.
+    /// The model of an automaton, emissions fitted to the segments of each node, and the sequences of its histories.
+    /// Terminations and entries are even: the first EM learns them.
     pub(super) fn of(
         task: &TaskModel<KeyframeLearner>,
         retired: &Retired,
@@ -72,7 +72,8 @@ impl Automaton {
                     .iter()
                     .flat_map(|segment| &all_steps[segment.demonstration as usize][segment.index as usize])
                     .collect();
-                // A version runs where a segment of its own is, and the current one wherever no older one does: in what comes next, too.
+                // A version runs where a segment of its own is, and the current one wherever no older one does: in what
+                // comes next, too.
                 let runs = |group: &BTreeSet<SegmentId>, sequence: u32| {
                     group.iter().any(|segment| segment.demonstration == sequence)
                 };
@@ -149,7 +150,8 @@ impl Automaton {
         self.versions.insert(id, vec![phase]);
     }
 
-    /// A new version of a node, which alone runs in this sequence, and in no earlier one; it ends and is entered as the old one.
+    /// A new version of a node, which alone runs in this sequence, and in no earlier one; it ends and is entered as the
+    /// old one.
     pub(super) fn add_version(&mut self, id: NodeId, emission: Emission, sequence: usize) {
         let Some(old) = self.current(id) else { return };
         let new = self.model.phases.len();
@@ -166,8 +168,8 @@ impl Automaton {
         self.versions.entry(id).or_default().push(new);
     }
 
-    /// How many of these contexts, one a segment, the structure can make in a row in a sequence after `origin`; one more where END can follow
-    /// the last of them.
+    /// How many of these contexts, one a segment, the structure can make in a row in a sequence after `origin`; one
+    /// more where END can follow the last of them.
     pub(super) fn reach(&self, origin: Option<usize>, sequence: usize, contexts: &[usize]) -> usize {
         let mut here: BTreeSet<Option<usize>> = BTreeSet::from([origin]);
         for (index, context) in contexts.iter().enumerate() {

@@ -74,8 +74,9 @@ impl Serialize for Candidate {
     }
 }
 
-/// All candidates for a correction that fails at `segment`, after `at`; `last` is what ran before the correction. `contexts`: of its segments.
-/// `order`: what can come after a new node, the most plausible first, for it decides where the data say nothing.
+/// All candidates for a correction that fails at `segment`, after `at`; `last` is what ran before the correction.
+/// `contexts`: of its segments. `order`: what can come after a new node, the most plausible first, for it decides where
+/// the data say nothing.
 pub(super) fn all(
     automaton: &Automaton,
     contexts: &[usize],
@@ -102,7 +103,8 @@ pub(super) fn all(
     candidates
 }
 
-/// The automaton after an edit, its new parts fitted to the segment that showed them, the rest as it was: the warm start.
+/// The automaton after an edit, its new parts fitted to the segment that showed them, the rest as it was: the warm
+/// start.
 pub(super) fn apply(
     automaton: &Automaton,
     candidate: Candidate,

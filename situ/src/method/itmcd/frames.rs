@@ -1,14 +1,15 @@
 //! From segments to the steps of a STARHMM.
 //!
-//! A segment becomes a fixed number of points, uniform in arc length, relative to its reference object as everywhere else (decision D0b): a
-//! rigid change of frame keeps densities comparable between objects. A point is the hand's position and two points at a tenth of a metre along
-//! its axes, which turn with it without a jump: nine coordinates in centimetres, of which those that vary most over all data are kept; what
-//! changes in another alone is not seen. It is regressed on
-//! (1, u, u²), u the share of the arc length behind it: the action a_t of the STARHMM, which is how far the motion was told to go. The state
-//! of the world, which is seen once a segment only, decides what is entered. The object, and whether the hand leaves it closed (D6b), is the context.
+//! A segment becomes a fixed number of points, uniform in arc length, relative to its reference object as everywhere
+//! else (decision D0b): a rigid change of frame keeps densities comparable between objects. A point is the hand's
+//! position and two points at a tenth of a metre along its axes, which turn with it without a jump: nine coordinates in
+//! centimetres, of which those that vary most over all data are kept; what changes in another alone is not seen. It is
+//! regressed on (1, u, u²), u the share of the arc length behind it: the action a_t of the STARHMM, which is how far
+//! the motion was told to go. The state of the world, which is seen once a segment only, decides what is entered. The
+//! object, and whether the hand leaves it closed (D6b), is the context.
 //!
-//! Interpolated points are not independent: ten of them stand for three to five keyframes, so evidence is counted two to three times. The
-//! floor of the variance, (2 cm)², bounds what that does.
+//! Interpolated points are not independent: ten of them stand for three to five keyframes, so evidence is counted two
+//! to three times. The floor of the variance, (2 cm)², bounds what that does.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -83,8 +84,8 @@ impl Frames {
         1 + self.features.len()
     }
 
-    /// The steps of a segment as one of this context; `after` is the state that it reached. Its phase ends at the last alone, for the segmentation is
-    /// known and an automaton runs whole primitives; φ is a constant.
+    /// The steps of a segment as one of this context; `after` is the state that it reached. Its phase ends at the last
+    /// alone, for the segmentation is known and an automaton runs whole primitives; φ is a constant.
     pub(super) fn steps(&self, segment: &Segment, context: usize, after: &State) -> Vec<Step> {
         let entry_features = self.entry_features(after);
         let last = self.points - 1;
@@ -134,7 +135,8 @@ fn path(segment: &Segment, points: usize) -> Vec<[f64; COORDINATES]> {
         .collect()
 }
 
-/// The indices, in order, of so many columns with the greatest variance: the first where two tie, and none that does not vary.
+/// The indices, in order, of so many columns with the greatest variance: the first where two tie, and none that does
+/// not vary.
 fn most_varied(rows: &[Vec<f64>], count: usize) -> Vec<usize> {
     let width = rows.first().map_or(0, Vec::len);
     let size = rows.len() as f64;

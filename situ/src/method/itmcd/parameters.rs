@@ -7,8 +7,9 @@ use super::starhmm::FitParameters;
 pub enum Lag {
     /// Nothing: a phase is a path with scatter.
     None,
-    /// The point before in the same segment: a first-order autoregression. Interpolated neighbours are so alike that it learns to copy: a
-    /// path that is shifted as a whole is then improbable at its first point alone, and modifications are not seen.
+    /// The point before in the same segment: a first-order autoregression. Interpolated neighbours are so alike that it
+    /// learns to copy: a path that is shifted as a whole is then improbable at its first point alone, and modifications
+    /// are not seen.
     One,
 }
 
@@ -28,9 +29,10 @@ pub struct ItmcdParameters {
 }
 
 impl Default for ItmcdParameters {
-    /// Ten points: three to five keyframes are a segment, so more count the same evidence more often (with 20, most corrections that
-    /// need nothing are given an edit), and with 5 the penalty of a small n hides many modifications. Three coordinates: an emission has
-    /// 15 parameters then for 30 observations a segment, with six 39 for 60, with all nine 72 for 90.
+    /// Ten points: three to five keyframes are a segment, so more count the same evidence more often (with 20, most
+    /// corrections that need nothing are given an edit), and with 5 the penalty of a small n hides many modifications.
+    /// Three coordinates: an emission has 15 parameters then for 30 observations a segment, with six 39 for 60, with
+    /// all nine 72 for 90.
     fn default() -> Self {
         Self {
             points: 10,
@@ -38,8 +40,9 @@ impl Default for ItmcdParameters {
             features: 2,
             lag: Lag::None,
             fit: FitParameters {
-                // In units of 1 cm² ([`super::frames::UNIT`]): 2 cm, about what a keyframe too many or too few moves the points between its
-                // neighbours by. With 1 cm most corrections that need nothing got a new node or a modification.
+                // In units of 1 cm² ([`super::frames::UNIT`]): 2 cm, about what a keyframe too many or too few moves
+                // the points between its neighbours by. With 1 cm most corrections that need nothing got a new node or
+                // a modification.
                 floor: 4.0,
                 ridge: 1e-3,
                 // A separable choice among a handful of samples is believed to about 95 %.

@@ -1,8 +1,8 @@
 //! Which edit explains a correction best.
 //!
-//! Every candidate is fitted to all data, original and corrective, and the smallest AICc wins. One edit explains most corrections. Where none
-//! makes the whole of one possible, those that make the longest part of it possible, in segments, are compared on that part; then the search
-//! goes on from there, so a correction can bring several edits.
+//! Every candidate is fitted to all data, original and corrective, and the smallest AICc wins. One edit explains most
+//! corrections. Where none makes the whole of one possible, those that make the longest part of it possible, in
+//! segments, are compared on that part; then the search goes on from there, so a correction can bring several edits.
 
 use serde::Serialize;
 

@@ -4,8 +4,8 @@ use crate::demonstration::{Gripper, Pose, RelativeKeyframe};
 use crate::keyframe::frechet::METRES_PER_RADIAN;
 use crate::keyframe::pose::{exp, log};
 
-/// What a keyframe without a partner costs, metres. So two keyframes are partners at up to twice this, 30 cm: further than a
-/// modification of a primitive moves one (8 to 12 cm), nearer than another place for the same object (40 cm).
+/// What a keyframe without a partner costs, metres. So two keyframes are partners at up to twice this, 30 cm: further
+/// than a modification of a primitive moves one (8 to 12 cm), nearer than another place for the same object (40 cm).
 const UNPAIRED: f64 = 0.15;
 /// Opening below which a hand that is commanded a share of its stroke counts as closed: the middle.
 const CLOSED_BELOW: f64 = 0.5;
@@ -38,7 +38,8 @@ impl Stop {
     }
 }
 
-/// Which stops are contacts: those at which the hand closes or opens. The first is none: what the hand did before is another primitive's.
+/// Which stops are contacts: those at which the hand closes or opens. The first is none: what the hand did before is
+/// another primitive's.
 pub fn contacts(stops: &[Stop]) -> Vec<bool> {
     (0..stops.len()).map(|index| index > 0 && stops[index].is_closed() != stops[index - 1].is_closed()).collect()
 }
@@ -52,9 +53,9 @@ pub fn distance(left: &Pose, right: &Pose) -> f64 {
 
 /// The partners, `(index in model, index in shown)`, in order; both indices grow.
 ///
-/// Of all ways to pair the two lists in order, the one with the least cost: the distance of each pair, and 15 cm for each stop that is left
-/// alone. A stop at which the hand is closed is never the partner of one at which it is open. Where two ways cost the same, stops are
-/// paired rather than left alone. Cost O(model × shown).
+/// Of all ways to pair the two lists in order, the one with the least cost: the distance of each pair, and 15 cm for
+/// each stop that is left alone. A stop at which the hand is closed is never the partner of one at which it is open.
+/// Where two ways cost the same, stops are paired rather than left alone. Cost O(model × shown).
 pub fn align(model: &[Stop], shown: &[Stop]) -> Vec<(usize, usize)> {
     let (rows, columns) = (model.len() + 1, shown.len() + 1);
     let pair = |i: usize, j: usize| {
@@ -92,8 +93,8 @@ pub fn align(model: &[Stop], shown: &[Stop]) -> Vec<(usize, usize)> {
     pairs
 }
 
-/// How far a pose is from the path along straight legs through `path`: metres, a radian counting a tenth; and where on the path it is
-/// nearest, in legs from the beginning. None where the path has no leg.
+/// How far a pose is from the path along straight legs through `path`: metres, a radian counting a tenth; and where on
+/// the path it is nearest, in legs from the beginning. None where the path has no leg.
 pub fn off_path(pose: &Pose, path: &[Pose]) -> Option<(f64, f64)> {
     let legs = path.windows(2).enumerate().flat_map(|(leg, ends)| {
         let whole = log(&ends[0], &ends[1]);

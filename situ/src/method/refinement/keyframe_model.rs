@@ -1,20 +1,24 @@
 //! `keyframe_model`: a primitive as keyframe clusters in order (Akgun et al. 2012; Akgun and Thomaz 2016).
 //!
-//! The original learns *sequential pose distributions*, clusters of aligned keyframes, through whose means it lays a spline, and lets a
-//! teacher step through them and modify, add or delete one at a time. Reconstructed here:
+//! The original learns *sequential pose distributions*, clusters of aligned keyframes, through whose means it lays a
+//! spline, and lets a teacher step through them and modify, add or delete one at a time. Reconstructed here:
 //!
-//! - The clusters are the hidden states of the original policy, each a Gaussian over poses with a gripper command and a rest: so the
-//!   uncorrected primitive is the original one. The spline is whoever executes the keyframes: a rollout joins the means as it does for every method.
-//! - A correction states no commands. They are read from the alignment of its keyframes with the clusters ([`super::alignment`]):
-//!   *modify* where a keyframe has a cluster as partner, *add* where it has none, *delete* where a cluster has none.
-//! - **Modify**: a keyframe that the cluster's distribution holds to be one of its own, within the 95th percentile, is averaged in as one
-//!   more instance; another becomes the cluster's mean, for it is what the teacher wants instead. Instances are counted anew then. With three
-//!   careful originals the border is between 5 and 6 cm, or at 24°: a correction by less is taken for noise.
-//! - **Add**, between the clusters where it was shown, unless it lies on the way that the clusters beside it make anyway: people
-//!   give needless keyframes.
-//! - **Delete**, where that is warranted: the cluster must lie off the way that was shown there (a keyframe that is forgotten on the
-//!   way costs nothing), and it must not be the one at which the hand closes or opens, unless the correction closes or opens it there by another
-//!   keyframe. Where a correction begins late or stops early it shows no way, so nothing is deleted there.
+//! - The clusters are the hidden states of the original policy, each a Gaussian over poses with a gripper command and a
+//!   rest: so the uncorrected primitive is the original one. The spline is whoever executes the keyframes: a rollout
+//!   joins the means as it does for every method.
+//! - A correction states no commands. They are read from the alignment of its keyframes with the clusters
+//!   ([`super::alignment`]): *modify* where a keyframe has a cluster as partner, *add* where it has none, *delete*
+//!   where a cluster has none.
+//! - **Modify**: a keyframe that the cluster's distribution holds to be one of its own, within the 95th percentile, is
+//!   averaged in as one more instance; another becomes the cluster's mean, for it is what the teacher wants instead.
+//!   Instances are counted anew then. With three careful originals the border is between 5 and 6 cm, or at 24°: a
+//!   correction by less is taken for noise.
+//! - **Add**, between the clusters where it was shown, unless it lies on the way that the clusters beside it make
+//!   anyway: people give needless keyframes.
+//! - **Delete**, where that is warranted: the cluster must lie off the way that was shown there (a keyframe that is
+//!   forgotten on the way costs nothing), and it must not be the one at which the hand closes or opens, unless the
+//!   correction closes or opens it there by another keyframe. Where a correction begins late or stops early it shows no
+//!   way, so nothing is deleted there.
 
 use nalgebra::Matrix6;
 use serde::Serialize;
@@ -28,8 +32,8 @@ use crate::keyframe::policy::{CHI_SQUARED_6_95, KeyframePolicy};
 use crate::keyframe::pose::{exp, log};
 use crate::trace::Counters;
 
-/// A keyframe no further from a way than this is on the way, metres (a radian counts a tenth): more than a novice's noise of 1 cm
-/// and 4° makes of it, less than the 8 cm of a near-variant.
+/// A keyframe no further from a way than this is on the way, metres (a radian counts a tenth): more than a novice's
+/// noise of 1 cm and 4° makes of it, less than the 8 cm of a near-variant.
 const ON_THE_WAY: f64 = 0.05;
 
 /// Refines by moving, adding and deleting keyframe clusters.
@@ -82,8 +86,8 @@ impl Cluster {
 pub struct Clusters(pub Vec<Cluster>);
 
 impl Clusters {
-    /// What to do with the clusters `from.0..to.0` and the keyframes `from.1..to.1`, none of which has a partner; the two
-    /// stops around them, where there are any, are partners.
+    /// What to do with the clusters `from.0..to.0` and the keyframes `from.1..to.1`, none of which has a partner; the
+    /// two stops around them, where there are any, are partners.
     fn between(&self, from: (usize, usize), to: (usize, usize), shown: &[RelativeKeyframe]) -> Vec<Cluster> {
         let clusters = &self.0;
         let stops: Vec<Stop> = clusters.iter().map(Cluster::stop).collect();

@@ -1,4 +1,5 @@
-//! Refinement of single primitives: the methods that learn from a correction, but cannot change the structure of a task.
+//! Refinement of single primitives: the methods that learn from a correction, but cannot change the structure of a
+//! task.
 //!
 //! | method | a primitive is | a correction | source |
 //! |---|---|---|---|
@@ -7,11 +8,12 @@
 //! | `cost_weights:coactive` | the same | moves weights | Jain et al. 2013 |
 //! | `tactile_gmr` | a Gaussian mixture, regressed | is more data for it | Sauser et al. 2012 |
 //!
-//! All are *reconstructions*: what the originals do to one skill, put where our scenes have a skill, a primitive. They share one frame. The
-//! automaton, its classifiers among it, is the one that every keyframe method starts from, and never changes. Beside a node stands its refined
-//! primitive ([`Refine`]), from the first correction that is about it on; until then the node does exactly what the original policy
-//! does. A correction is cut into segments, and each goes to the node that it can be showing another way of ([`attribution`]), or else is
-//! ignored: what these methods lack is visible in the tables, and [`Method::edits`] says it.
+//! All are *reconstructions*: what the originals do to one skill, put where our scenes have a skill, a primitive. They
+//! share one frame. The automaton, its classifiers among it, is the one that every keyframe method starts from, and
+//! never changes. Beside a node stands its refined primitive ([`Refine`]), from the first correction that is about it
+//! on; until then the node does exactly what the original policy does. A correction is cut into segments, and each goes
+//! to the node that it can be showing another way of ([`attribution`]), or else is ignored: what these methods lack is
+//! visible in the tables, and [`Method::edits`] says it.
 
 pub mod alignment;
 pub mod attribution;

@@ -15,8 +15,8 @@ use crate::trace::Counters;
 pub struct Refined {
     /// The mean, in the frame of the reference object.
     pub mean: RelativeKeyframe,
-    /// Scatter about it in the tangent space at the mean, metres and radians, position first, shape (6, 6): what a sampled execution draws
-    /// from, within the bounds of decision D15.
+    /// Scatter about it in the tangent space at the mean, metres and radians, position first, shape (6, 6): what a
+    /// sampled execution draws from, within the bounds of decision D15.
     pub scatter: Matrix6<f64>,
 }
 

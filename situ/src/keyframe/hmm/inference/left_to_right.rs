@@ -1,4 +1,5 @@
-//! The recursions of a left-to-right model, in plain numbers, over some sequences at once: every state stays, goes to the next, or past it.
+//! The recursions of a left-to-right model, in plain numbers, over some sequences at once: every state stays, goes to
+//! the next, or past it.
 
 use super::super::Hmm;
 use crate::vector::{Four, Kernel, LANES, Wide};
@@ -33,7 +34,8 @@ impl Chain {
         }
     }
 
-    /// Takes over the chain of a model of as many states; false where it is not left-to-right: a state goes back or farther.
+    /// Takes over the chain of a model of as many states; false where it is not left-to-right: a state goes back or
+    /// farther.
     pub(super) fn set<E>(&mut self, hmm: &Hmm<E>) -> bool {
         let k = hmm.states();
         self.initial.copy_from_slice(&hmm.initial);
@@ -91,8 +93,8 @@ impl Rows {
     }
 }
 
-/// The scaled likelihood of every sequence; and where it is to go `BACK` the posteriors and the expected transitions, of those sequences
-/// that plain numbers are enough for.
+/// The scaled likelihood of every sequence; and where it is to go `BACK` the posteriors and the expected transitions,
+/// of those sequences that plain numbers are enough for.
 pub(super) struct GoThrough<'a, const BACK: bool> {
     pub(super) chain: &'a Chain,
     pub(super) batches: &'a [Batch],

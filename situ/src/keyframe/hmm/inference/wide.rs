@@ -1,7 +1,8 @@
-//! Numbers of any magnitude, for the recursions over whole sequences: a probability of e^−10000 is no rarity there, and a
-//! recursion in logarithms would spend its time in `exp` and `log`.
+//! Numbers of any magnitude, for the recursions over whole sequences: a probability of e^−10000 is no rarity there, and
+//! a recursion in logarithms would spend its time in `exp` and `log`.
 
-/// ±this many doublings are within the mantissa's range; it leaves room for a product of two before it must be brought back.
+/// ±this many doublings are within the mantissa's range; it leaves room for a product of two before it must be brought
+/// back.
 const HALF_RANGE: i32 = 256;
 /// 2⁻²⁵⁶, the least mantissa.
 const LEAST: f64 = power_of_two(-HALF_RANGE);
@@ -18,7 +19,8 @@ const fn power_of_two(exponent: i32) -> f64 {
     f64::from_bits(((1023 + exponent) as u64) << 52)
 }
 
-/// A number that is not negative: `mantissa` · 2^(512 · `exponent`), the mantissa in [2⁻²⁵⁶, 2²⁵⁶), the exponent an integer.
+/// A number that is not negative: `mantissa` · 2^(512 · `exponent`), the mantissa in [2⁻²⁵⁶, 2²⁵⁶), the exponent an
+/// integer.
 ///
 /// Its relative error is that of an `f64`, whatever its size. Sums leave out what is below 2⁻²⁵⁶ of them.
 #[derive(Clone, Copy, Debug, PartialEq)]

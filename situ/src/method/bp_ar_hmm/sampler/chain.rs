@@ -51,8 +51,9 @@ pub struct Chain<const D: usize> {
 const START: [f64; 4] = [1.0, 25.0, 5.0, 1.0];
 
 impl<const D: usize> Chain<D> {
-    /// A chain that begins with `unique` behaviours a sequence, shared with no other: each has an equal part of the sequence's frames.
-    /// `None` where a sequence has no frame, or the numbers are too extreme for a posterior to be had.
+    /// A chain that begins with `unique` behaviours a sequence, shared with no other: each has an equal part of the
+    /// sequence's frames. `None` where a sequence has no frame, or the numbers are too extreme for a posterior to be
+    /// had.
     pub fn new(
         prior: Prior<D>,
         moves: Moves,
@@ -80,8 +81,8 @@ impl<const D: usize> Chain<D> {
         Some(chain)
     }
 
-    /// A chain in a given state, which must fit the sequences: a row each, of as many states as frames, all of them active and with dynamics. For
-    /// tests of the sampler.
+    /// A chain in a given state, which must fit the sequences: a row each, of as many states as frames, all of them
+    /// active and with dynamics. For tests of the sampler.
     pub fn at(prior: Prior<D>, moves: Moves, sequences: Vec<Sequence<D>>, state: State<D>) -> Self {
         let fresh = state.dynamics.keys().last().map_or(0, |name| name + 1);
         Self { prior, moves, sequences, state, fresh }
@@ -151,7 +152,8 @@ impl<const D: usize> Chain<D> {
         statistics
     }
 
-    /// log p(X, z, F | α, κ, γ, c), η and θ integrated out: by this the best state is kept. `None` as of [`Chain::sweep`].
+    /// log p(X, z, F | α, κ, γ, c), η and θ integrated out: by this the best state is kept. `None` as of
+    /// [`Chain::sweep`].
     pub fn log_joint(&self) -> Option<f64> {
         let state = &self.state;
         let mut owners: BTreeMap<usize, usize> = BTreeMap::new();
@@ -169,8 +171,8 @@ impl<const D: usize> Chain<D> {
         Some(total)
     }
 
-    /// log of γ c B(m, N − m + c): what a behaviour of m sequences counts in the density of F (Griffiths and Ghahramani 2011,
-    /// the two-parameter process).
+    /// log of γ c B(m, N − m + c): what a behaviour of m sequences counts in the density of F (Griffiths and Ghahramani
+    /// 2011, the two-parameter process).
     pub(super) fn log_column(&self, owners: usize) -> f64 {
         let (m, n, c) = (owners as f64, self.sequences.len() as f64, self.state.c);
         libm::log(self.state.gamma * c) + libm::lgamma(m) + libm::lgamma(n - m + c) - libm::lgamma(n + c)

@@ -9,10 +9,12 @@ use super::{Chain, GammaPrior};
 const NARROW: f64 = 1.0;
 /// Variance of the random walk of κ, which is about 25.
 const WIDE: f64 = 100.0;
-/// Least value: the prior is cut off here. Below it a gamma walk of fixed variance sticks, and a weight of shape α underflows.
+/// Least value: the prior is cut off here. Below it a gamma walk of fixed variance sticks, and a weight of shape α
+/// underflows.
 const LEAST: f64 = 1e-3;
 
-/// One Metropolis–Hastings step of a positive number. The proposal is gamma, its mean the present value, its variance fixed.
+/// One Metropolis–Hastings step of a positive number. The proposal is gamma, its mean the present value, its variance
+/// fixed.
 fn walk(now: f64, variance: f64, prior: GammaPrior, log_rest: impl Fn(f64) -> f64, rng: &mut impl Rng) -> f64 {
     let shape_and_rate = |mean: f64| (mean * mean / variance, mean / variance);
     let (shape, rate) = shape_and_rate(now);

@@ -4,11 +4,12 @@ use rand::{Rng, RngExt};
 
 use crate::random::standard_normal;
 
-/// Least gamma draw: a weight of 0 would shut a transition for good, and its logarithm is not finite. A draw of shape 0.01 is
-/// below it once in 100.
+/// Least gamma draw: a weight of 0 would shut a transition for good, and its logarithm is not finite. A draw of shape
+/// 0.01 is below it once in 100.
 pub(super) const LEAST: f64 = 1e-200;
 
-/// A draw of Gamma(`shape`, rate 1), shape above 0 (Marsaglia and Tsang 2000; below shape 1 by their power of a uniform).
+/// A draw of Gamma(`shape`, rate 1), shape above 0 (Marsaglia and Tsang 2000; below shape 1 by their power of a
+/// uniform).
 pub(super) fn gamma(shape: f64, rng: &mut impl Rng) -> f64 {
     if shape < 1.0 {
         let uniform = 1.0 - rng.random::<f64>();

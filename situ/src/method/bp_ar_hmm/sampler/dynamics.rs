@@ -1,5 +1,6 @@
-//! The dynamics of one behaviour, x_t = A y_t + e with e ~ N(0, Σ) and y_t = x_{t−1}, and their conjugate prior, the matrix
-//! normal inverse Wishart: Σ ~ IW(ν, S₀), A | Σ ~ MN(0, Σ, K) (West and Harrison 1997, chapter 16; Fox et al. 2009).
+//! The dynamics of one behaviour, x_t = A y_t + e with e ~ N(0, Σ) and y_t = x_{t−1}, and their conjugate prior, the
+//! matrix normal inverse Wishart: Σ ~ IW(ν, S₀), A | Σ ~ MN(0, Σ, K) (West and Harrison 1997, chapter 16; Fox et al.
+//! 2009).
 
 use core::f64::consts::{LN_2, PI};
 

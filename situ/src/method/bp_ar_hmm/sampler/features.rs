@@ -102,8 +102,8 @@ impl<const D: usize> Chain<D> {
         Some(())
     }
 
-    /// Each behaviour that another sequence has is proposed where the sequence has it not, and to be given up where it has: Metropolis and
-    /// Hastings. The η of what is added come from their prior, so that they cancel.
+    /// Each behaviour that another sequence has is proposed where the sequence has it not, and to be given up where it
+    /// has: Metropolis and Hastings. The η of what is added come from their prior, so that they cancel.
     fn update_shared(
         &self,
         now: &mut Proposal,
@@ -127,9 +127,9 @@ impl<const D: usize> Chain<D> {
         }
     }
 
-    /// A reversible jump: the behaviours of this sequence alone are a Poisson process of intensity γ c / (c + N − 1) times the prior
-    /// of θ and η. A birth draws θ half from the prior, half from the posterior given a window of frames; the window is chosen
-    /// before it is known whether there will be a birth or a death, so that both know it.
+    /// A reversible jump: the behaviours of this sequence alone are a Poisson process of intensity γ c / (c + N − 1)
+    /// times the prior of θ and η. A birth draws θ half from the prior, half from the posterior given a window of
+    /// frames; the window is chosen before it is known whether there will be a birth or a death, so that both know it.
     fn birth_or_death(
         &mut self,
         index: usize,

@@ -1,4 +1,5 @@
-//! Small triangular algebra of static size, every sum in a fixed order and every root from `libm`: that of [`gaussian`] for nalgebra's matrices.
+//! Small triangular algebra of static size, every sum in a fixed order and every root from `libm`: that of [`gaussian`]
+//! for nalgebra's matrices.
 
 use nalgebra::SMatrix;
 

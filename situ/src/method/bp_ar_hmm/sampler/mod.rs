@@ -1,5 +1,6 @@
-//! The sampler of the beta-process autoregressive hidden Markov model (Fox, Sudderth, Jordan and Willsky 2009 and 2014; split–merge
-//! moves in the manner of Hughes, Fox and Sudderth 2012). It knows frames and nothing of robots, files or clocks.
+//! The sampler of the beta-process autoregressive hidden Markov model (Fox, Sudderth, Jordan and Willsky 2009 and 2014;
+//! split–merge moves in the manner of Hughes, Fox and Sudderth 2012). It knows frames and nothing of robots, files or
+//! clocks.
 //!
 //! Of N sequences, sequence i uses the behaviours f_i:
 //!
@@ -10,8 +11,9 @@
 //! x_t ~ N(A_{z_t} y_t, Σ_{z_t}), y_t = x_{t−1};   (A_k, Σ_k) ~ MNIW
 //! ```
 //!
-//! That every sequence has a behaviour is a condition on the whole, hyperparameters and all, so that it cancels in each conditional.
-//! A behaviour is told from another by its θ, never by its place in a list: the density of F is that of a *set* of columns.
+//! That every sequence has a behaviour is a condition on the whole, hyperparameters and all, so that it cancels in each
+//! conditional. A behaviour is told from another by its θ, never by its place in a list: the density of F is that of a
+//! *set* of columns.
 
 mod chain;
 mod concentration;
@@ -68,8 +70,9 @@ pub struct Moves {
 }
 
 impl Default for Moves {
-    /// Windows of 15 to 100 frames, 5 split–merge trials and 20 inner iterations are Fox's and Hughes's. Ten births or deaths are ours: a recording
-    /// has many short behaviours, and with three a chain of 300 sweeps was further from the best states.
+    /// Windows of 15 to 100 frames, 5 split–merge trials and 20 inner iterations are Fox's and Hughes's. Ten births or
+    /// deaths are ours: a recording has many short behaviours, and with three a chain of 300 sweeps was further from
+    /// the best states.
     fn default() -> Self {
         Self { births: 10, window: (15, 100), split_merges: 5, inner: 20 }
     }

@@ -1,8 +1,9 @@
 //! Split and merge: two behaviours become one, or one becomes two, in all sequences at once; η and θ are integrated out
 //! (in the manner of Hughes, Fox and Sudderth 2012, with a sequential allocation after Dahl 2005).
 //!
-//! Two sequences are drawn, and a behaviour of each. The same behaviour in both is to be split: the one part is the first sequence's, the other
-//! the second's. Two behaviours are to be merged; what a split would have had to do to undo it is replayed for its probability.
+//! Two sequences are drawn, and a behaviour of each. The same behaviour in both is to be split: the one part is the
+//! first sequence's, the other the second's. Two behaviours are to be merged; what a split would have had to do to undo
+//! it is replayed for its probability.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -95,7 +96,8 @@ impl<const D: usize> Chain<D> {
         Some(())
     }
 
-    /// What of log p(X, z, F) depends on these behaviours: their columns of F, the states of these sequences, their frames.
+    /// What of log p(X, z, F) depends on these behaviours: their columns of F, the states of these sequences, their
+    /// frames.
     fn part(&self, rows: &[usize], names: &[usize]) -> Option<f64> {
         let names: BTreeSet<usize> = names.iter().copied().collect();
         let mut total = 0.0;
@@ -115,8 +117,8 @@ impl<const D: usize> Chain<D> {
         Some(total)
     }
 
-    /// Gives each sequence in turn its parts and states, given what those before it have, and says with what log probability. Where
-    /// `current` names an allocation, that one is replayed.
+    /// Gives each sequence in turn its parts and states, given what those before it have, and says with what log
+    /// probability. Where `current` names an allocation, that one is replayed.
     fn allocate(
         &self,
         order: &[usize],
@@ -157,7 +159,8 @@ impl<const D: usize> Chain<D> {
                     }
                 }
             };
-            // An anchor without its part cannot come about by a split; here it cannot occur, as the anchor was drawn with its part.
+            // An anchor without its part cannot come about by a split; here it cannot occur, as the anchor was drawn
+            // with its part.
             let taken = choices.iter().position(|choice| choice.has == allocation.has)?;
             let log_total = greatest + libm::log(weights.iter().sum());
             log_probability += choices[taken].log_path(&allocation.states, &is_open, parts) - log_total;
@@ -170,8 +173,9 @@ impl<const D: usize> Chain<D> {
         Some((allocations, log_probability))
     }
 
-    /// The chain over the open frames of a sequence that has these parts beside `rest` other behaviours: the prior's mean transitions, the
-    /// parts' mean dynamics. What lies between is left out: a part's state is then told on from the last open frame.
+    /// The chain over the open frames of a sequence that has these parts beside `rest` other behaviours: the prior's
+    /// mean transitions, the parts' mean dynamics. What lies between is left out: a part's state is then told on from
+    /// the last open frame.
     fn choice(
         &self,
         sequence: &Sequence<D>,
@@ -216,7 +220,8 @@ impl Choice {
         states.iter().zip(is_open).map(state).collect()
     }
 
-    /// log of the joint weight of the open frames and these states: over the likelihood, it is the probability of a draw.
+    /// log of the joint weight of the open frames and these states: over the likelihood, it is the probability of a
+    /// draw.
     fn log_path(&self, states: &[usize], is_open: &[bool], parts: [usize; 2]) -> f64 {
         let open = states.iter().zip(is_open).filter(|(_, open)| **open);
         let mut total = 0.0;

@@ -1,13 +1,14 @@
 //! The states of one sequence: forward filtering and backward sampling.
 //!
-//! The recursion is scaled, not in logarithms: every transition has a probability above 0, so no path can be cut off for good.
+//! The recursion is scaled, not in logarithms: every transition has a probability above 0, so no path can be cut off
+//! for good.
 
 use rand::Rng;
 
 use super::draw::categorical;
 
-/// log p(x | π, θ) of one sequence, its states summed out, the first state uniform. `densities[k][t]` is log p(x_t | state k),
-/// K states by T frames, and `probabilities` is π, K × K row by row. −∞ where there is no state.
+/// log p(x | π, θ) of one sequence, its states summed out, the first state uniform. `densities[k][t]` is log p(x_t |
+/// state k), K states by T frames, and `probabilities` is π, K × K row by row. −∞ where there is no state.
 ///
 /// `filter` takes p(z_t = k | x_1 … x_t) at `t * K + k`.
 pub fn log_forward(densities: &[&[f64]], probabilities: &[f64], filter: &mut Vec<f64>) -> f64 {
@@ -43,12 +44,13 @@ pub fn log_forward(densities: &[&[f64]], probabilities: &[f64], filter: &mut Vec
     total
 }
 
-/// A sum of the forward pass beyond these bounds is left to [`log_forward`]: what is rounded to 0 then is 10²⁰⁰ times less than what is not.
+/// A sum of the forward pass beyond these bounds is left to [`log_forward`]: what is rounded to 0 then is 10²⁰⁰ times
+/// less than what is not.
 const TRUSTED: core::ops::Range<f64> = 1e-100..1e100;
 
-/// [`log_forward`] of densities that were exponentiated before, so that many sets of states can be tried without an exponential: `weights[k][t]`
-/// is p(x_t | state k) over a factor of the frame's own, of which the result knows nothing. `None` where rounding could matter, and of more
-/// than 64 states.
+/// [`log_forward`] of densities that were exponentiated before, so that many sets of states can be tried without an
+/// exponential: `weights[k][t]` is p(x_t | state k) over a factor of the frame's own, of which the result knows
+/// nothing. `None` where rounding could matter, and of more than 64 states.
 pub fn log_forward_of_weights(weights: &[&[f64]], probabilities: &[f64]) -> Option<f64> {
     // Most of a sweep is spent here, and loops of a known length stay in registers.
     match weights.len() {

@@ -2,8 +2,8 @@
 
 use crate::keyframe::logistic::dot;
 
-/// Factors a symmetric positive definite matrix (row-major, n × n, lower triangle read) in place into L, L Lᵀ = m. False,
-/// with the matrix spoilt, where it is not positive definite.
+/// Factors a symmetric positive definite matrix (row-major, n × n, lower triangle read) in place into L, L Lᵀ = m.
+/// False, with the matrix spoilt, where it is not positive definite.
 pub(crate) fn factor(matrix: &mut [f64], n: usize) -> bool {
     for row in 0..n {
         let (above, own) = matrix.split_at_mut(row * n);

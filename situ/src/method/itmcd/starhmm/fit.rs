@@ -1,7 +1,8 @@
 //! Generalised expectation maximisation (Dempster, Laird and Rubin 1977).
 //!
-//! The expected log-likelihood is a sum of an emission a phase, a termination a w, and the entries; each is improved or left alone. Ridge and
-//! floor keep the numbers bounded, but a step that they make lower is not taken, so the log-likelihood itself never falls.
+//! The expected log-likelihood is a sum of an emission a phase, a termination a w, and the entries; each is improved or
+//! left alone. Ridge and floor keep the numbers bounded, but a step that they make lower is not taken, so the
+//! log-likelihood itself never falls.
 
 use super::switch::{Choice, Exit, improve_entries, improve_exit};
 use super::{Posterior, Sequence, Starhmm, StarhmmError};
@@ -45,7 +46,8 @@ impl Fit {
 }
 
 impl Starhmm {
-    /// Fits all parameters to these sequences, starting from what they are. The structure (children, contexts, absences) stays.
+    /// Fits all parameters to these sequences, starting from what they are. The structure (children, contexts,
+    /// absences) stays.
     ///
     /// # Errors
     /// Where shapes do not fit, or a sequence is impossible under the structure.

@@ -97,8 +97,9 @@ impl Starhmm {
         Tables { density, first, ways }
     }
 
-    /// Forward and backward: α_1(j) = η_origin,j f_j(y_1); α_{t+1}(j) = Σ_i α_t(i) T_t(i, j) f_j(y_{t+1}); β_T(i) = 1, or τ_i η_i,END where
-    /// the sequence ends. `index` is the sequence's, which [`super::Phase::absent`] refers to. O(T · edges).
+    /// Forward and backward: α_1(j) = η_origin,j f_j(y_1); α_{t+1}(j) = Σ_i α_t(i) T_t(i, j) f_j(y_{t+1}); β_T(i) = 1,
+    /// or τ_i η_i,END where the sequence ends. `index` is the sequence's, which [`super::Phase::absent`] refers to. O(T
+    /// · edges).
     ///
     /// # Errors
     /// Where shapes do not fit, or no path of phases makes the sequence.

@@ -1,16 +1,20 @@
-//! A state-based transition autoregressive hidden Markov model (STARHMM; Kroemer, Daniel, Neumann, van Hoof and Peters 2015).
+//! A state-based transition autoregressive hidden Markov model (STARHMM; Kroemer, Daniel, Neumann, van Hoof and Peters
+//! 2015).
 //!
-//! A hidden phase ρ_t makes the next state, y_t | x_t, ρ_t = i ~ N(W_i x_t, Σ_i), where x_t holds whatever the next state is regressed on
-//! (the state before, an action, a constant). After a step the phase ends with probability τ_i = σ(w_iᵀφ), and another begins:
-//! η_ij = softmax over the children j of i of v_jᵀψ, where φ and ψ are features of the state that was reached. So
-//! T(i, j) = (1 − τ_i) 1\[i = j\] + τ_i η_ij. A phase that ends and begins again inside a sequence would need a count of its own, so
-//! there a phase is no child of itself; as the phase that ran *before* a sequence it can be.
+//! A hidden phase ρ_t makes the next state, y_t | x_t, ρ_t = i ~ N(W_i x_t, Σ_i), where x_t holds whatever the next
+//! state is regressed on (the state before, an action, a constant). After a step the phase ends with probability τ_i =
+//! σ(w_iᵀφ), and another begins: η_ij = softmax over the children j of i of v_jᵀψ, where φ and ψ are features of the
+//! state that was reached. So T(i, j) = (1 − τ_i) 1\[i = j\] + τ_i η_ij. A phase that ends and begins again inside a
+//! sequence would need a count of its own, so there a phase is no child of itself; as the phase that ran *before* a
+//! sequence it can be.
 //!
-//! Three things are added to the paper's model. A step carries an observed *context* (here: the object that it is about), and a phase makes
-//! steps of its own context alone. Where a segmentation is known, a phase can end at its cuts alone: elsewhere τ is 0. And phases can share w
-//! and v, and be absent from some sequences: a new version of an old phase.
+//! Three things are added to the paper's model. A step carries an observed *context* (here: the object that it is
+//! about), and a phase makes steps of its own context alone. Where a segmentation is known, a phase can end at its cuts
+//! alone: elsewhere τ is 0. And phases can share w and v, and be absent from some sequences: a new version of an old
+//! phase.
 //!
-//! Nothing here knows tasks, physics, files or clocks. Sums are in a fixed order and logarithms from `libm`: equal input, equal bits.
+//! Nothing here knows tasks, physics, files or clocks. Sums are in a fixed order and logarithms from `libm`: equal
+//! input, equal bits.
 
 mod cholesky;
 mod emission;
@@ -118,7 +122,8 @@ pub enum StarhmmError {
 }
 
 impl Starhmm {
-    /// The children of a phase, or of `None` (nothing ran before), that can run in a sequence. `inside`: without the phase itself.
+    /// The children of a phase, or of `None` (nothing ran before), that can run in a sequence. `inside`: without the
+    /// phase itself.
     pub(crate) fn options(&self, from: Option<usize>, sequence: usize, inside: bool) -> impl Iterator<Item = usize> {
         let children = from.map_or(&self.first, |phase| &self.children[phase]);
         let is_present = move |to: usize| to == END || !self.phases[to].absent.contains(&sequence);
@@ -136,8 +141,9 @@ impl Starhmm {
         scores.into_iter().map(|score| score - total).collect()
     }
 
-    /// The number of free parameters k: W and the symmetric Σ of each phase, each w, and of the v those that the choices tell apart (a softmax
-    /// does not change where all its v move together, so a connected group of g of them counts g − 1).
+    /// The number of free parameters k: W and the symmetric Σ of each phase, each w, and of the v those that the
+    /// choices tell apart (a softmax does not change where all its v move together, so a connected group of g of them
+    /// counts g − 1).
     pub fn free_parameters(&self) -> usize {
         let emissions: usize = self.phases.iter().map(|phase| phase.emission.free_parameters()).sum();
         let exits: BTreeSet<usize> = self.phases.iter().map(|phase| phase.exit).collect();

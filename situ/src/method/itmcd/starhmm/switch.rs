@@ -20,8 +20,8 @@ pub(super) struct Choice<'a> {
     pub(super) weights: Vec<f64>,
 }
 
-/// Improves w by Newton's method on the ridge objective; a step is taken only where the expected log-likelihood itself does not fall.
-/// Returns the steps that were solved.
+/// Improves w by Newton's method on the ridge objective; a step is taken only where the expected log-likelihood itself
+/// does not fall. Returns the steps that were solved.
 pub(super) fn improve_exit(weights: &mut Vec<f64>, seen: &[Exit<'_>], ridge: f64) -> usize {
     if seen.is_empty() {
         return 0;

@@ -1,9 +1,10 @@
 //! The features of a plan, its cost, and the plan that has the least.
 //!
-//! A plan of K keyframes is written as displacements `u_k` from the demonstrated keyframes: three positions in the frame of the reference object
-//! (along its x and y, and height; metres), then three turns about the gripper's own axes (two tilts and the turn about its approach axis;
-//! radians). The keyframes are of two groups, `g`: the *contacts*, at which the hand closes or opens, and the *free* ones. There is one feature a
-//! group and axis, the mean displacement of the group along it,
+//! A plan of K keyframes is written as displacements `u_k` from the demonstrated keyframes: three positions in the
+//! frame of the reference object (along its x and y, and height; metres), then three turns about the gripper's own axes
+//! (two tilts and the turn about its approach axis; radians). The keyframes are of two groups, `g`: the *contacts*, at
+//! which the hand closes or opens, and the *free* ones. There is one feature a group and axis, the mean displacement of
+//! the group along it,
 //!
 //! `φ_{g,c}(u) = (1/n_g) Σ_{k ∈ g} u_{k,c}`,
 //!
@@ -11,12 +12,14 @@
 //!
 //! `J(u) = Σ_g (1/2n_g) Σ_{k ∈ g} |u_k|² + wᵀ φ(u)`:
 //!
-//! its distance to what was demonstrated, and what the weights ask for. A square metre and a square radian cost the same, which no plan depends
-//! on. The gradient vanishes at `u_{k,c} = −w_{g,c}`, the only minimum, since J is strictly convex; so the features of a plan are its weights with the other sign.
+//! its distance to what was demonstrated, and what the weights ask for. A square metre and a square radian cost the
+//! same, which no plan depends on. The gradient vanishes at `u_{k,c} = −w_{g,c}`, the only minimum, since J is strictly
+//! convex; so the features of a plan are its weights with the other sign.
 //!
-//! **What these features can say**: carry the contacts somewhere else, or hold them at another height, tilt or turn; the same of the free
-//! keyframes, as one body. **What they cannot**: move one free keyframe against another (a bend, a way around something), one keyframe more
-//! or fewer, another grip command, another rest. Nor can they say what depends on another object: the frame is the reference object's.
+//! **What these features can say**: carry the contacts somewhere else, or hold them at another height, tilt or turn;
+//! the same of the free keyframes, as one body. **What they cannot**: move one free keyframe against another (a bend, a
+//! way around something), one keyframe more or fewer, another grip command, another rest. Nor can they say what depends
+//! on another object: the frame is the reference object's.
 
 use std::array;
 
@@ -28,11 +31,12 @@ const AXES: usize = 6;
 const GROUPS: usize = 2;
 /// Features of a plan.
 pub const FEATURES: usize = GROUPS * AXES;
-/// A number a feature: six of the free keyframes, then six of the contacts; metres, metres, metres, radians, radians, radians.
+/// A number a feature: six of the free keyframes, then six of the contacts; metres, metres, metres, radians, radians,
+/// radians.
 pub type Features = [f64; FEATURES];
 
-/// Range of a position, metres, and of a turn, radians: the scales at which a difference of either matters (decision D16: offsets 0.2 m,
-/// tilt 0.5 rad). What is compared across features is measured in ranges.
+/// Range of a position, metres, and of a turn, radians: the scales at which a difference of either matters (decision
+/// D16: offsets 0.2 m, tilt 0.5 rad). What is compared across features is measured in ranges.
 const RANGE: [f64; 2] = [0.2, 0.5];
 /// The range of each feature.
 pub const RANGES: Features = {

@@ -1,12 +1,14 @@
-//! `cost_weights`: a primitive as the minimiser of a cost whose weights corrections move (Jain et al. 2013; Bajcsy et al. 2018).
+//! `cost_weights`: a primitive as the minimiser of a cost whose weights corrections move (Jain et al. 2013; Bajcsy et
+//! al. 2018).
 //!
-//! The executed keyframes minimise the distance to the demonstrated ones plus weighted features ([`features`]), and a correction moves
-//! the weights by the rule of the paper ([`Rule`]); then the plan is solved anew. The demonstrated keyframes are the means of the original policy
-//! and all weights begin at 0, so the uncorrected primitive is the original one.
+//! The executed keyframes minimise the distance to the demonstrated ones plus weighted features ([`features`]), and a
+//! correction moves the weights by the rule of the paper ([`Rule`]); then the plan is solved anew. The demonstrated
+//! keyframes are the means of the original policy and all weights begin at 0, so the uncorrected primitive is the
+//! original one.
 //!
-//! What is shown is laid against the plan ([`super::alignment`]): a planned keyframe with a partner is *deformed* to it, one without stays as
-//! planned. That is `ȳ` (Jain) or `ξ_D` (Bajcsy); the plan itself is `y` or `ξ_R`. Shown keyframes without a partner say nothing, for no
-//! feature can say it. Grip commands and rests are the original's.
+//! What is shown is laid against the plan ([`super::alignment`]): a planned keyframe with a partner is *deformed* to
+//! it, one without stays as planned. That is `ȳ` (Jain) or `ξ_D` (Bajcsy); the plan itself is `y` or `ξ_R`. Shown
+//! keyframes without a partner say nothing, for no feature can say it. Grip commands and rests are the original's.
 
 pub mod features;
 mod rule;
@@ -25,8 +27,8 @@ use crate::keyframe::policy::KeyframePolicy;
 use crate::keyframe::pose::{exp, log};
 use crate::trace::Counters;
 
-/// Step of both rules of Bajcsy et al. The curvature of the plan's cost is 1 along every feature, so that with a step of 1 the plan has,
-/// in the features that are moved, exactly what was shown. They tune it by hand for each feature.
+/// Step of both rules of Bajcsy et al. The curvature of the plan's cost is 1 along every feature, so that with a step
+/// of 1 the plan has, in the features that are moved, exactly what was shown. They tune it by hand for each feature.
 const GAIN: f64 = 1.0;
 /// Bajcsy et al. clip weights: here at as many ranges to either side, 40 cm and 1 rad. A modification that moves a
 /// primitive by 12 cm does not come near.

@@ -2,8 +2,9 @@
 
 /// Which published rule moves the weights.
 ///
-/// With a step of 1 and no weight at its limit, [`Rule::All`] and [`Rule::Coactive`] are one rule: Bajcsy et al. follow the same gradient
-/// of the same linear cost as Jain et al., in steps of their choice, and clip. The names keep apart what was published apart.
+/// With a step of 1 and no weight at its limit, [`Rule::All`] and [`Rule::Coactive`] are one rule: Bajcsy et al. follow
+/// the same gradient of the same linear cost as Jain et al., in steps of their choice, and clip. The names keep apart
+/// what was published apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
     /// Jain et al. 2013, the preference perceptron: [`coactive`].
@@ -14,18 +15,22 @@ pub enum Rule {
     OneAtATime,
 }
 
-/// Jain et al. 2013: `w ← w + φ(ȳ) − φ(y)`, the weights of a *utility* `wᵀφ`, `ȳ` what was shown and `y` what was planned.
+/// Jain et al. 2013: `w ← w + φ(ȳ) − φ(y)`, the weights of a *utility* `wᵀφ`, `ȳ` what was shown and `y` what was
+/// planned.
 ///
-/// Where what is shown is optimal under true weights `w*` and `‖φ‖ ≤ R`, the average regret of T plans is at most `2R‖w*‖/√T`.
+/// Where what is shown is optimal under true weights `w*` and `‖φ‖ ≤ R`, the average regret of T plans is at most
+/// `2R‖w*‖/√T`.
 pub fn coactive<const N: usize>(weights: &mut [f64; N], shown: &[f64; N], planned: &[f64; N]) {
     for feature in 0..N {
         weights[feature] += shown[feature] - planned[feature];
     }
 }
 
-/// Bajcsy et al. 2018: `θ ← θ − g ΔΦ` with `ΔΦ = Φ(ξ_D) − Φ(ξ_R)`, the weights of a *cost* `θᵀΦ`, clipped at `limit` ranges to either side.
+/// Bajcsy et al. 2018: `θ ← θ − g ΔΦ` with `ΔΦ = Φ(ξ_D) − Φ(ξ_R)`, the weights of a *cost* `θᵀΦ`, clipped at `limit`
+/// ranges to either side.
 ///
-/// With [`Rule::OneAtATime`] only `i* = argmax |ΔΦ_i / range_i|` moves, the first of those that tie; with the other rules all move.
+/// With [`Rule::OneAtATime`] only `i* = argmax |ΔΦ_i / range_i|` moves, the first of those that tie; with the other
+/// rules all move.
 pub fn physical<const N: usize>(
     weights: &mut [f64; N],
     shown: &[f64; N],

@@ -51,7 +51,8 @@ pub struct Prior<const D: usize> {
 pub struct Fit<const D: usize> {
     /// The mixture.
     pub mixture: Mixture<D>,
-    /// What is maximised, before each re-estimation and after the last: `Σ w_n log p(x_n) − ½ ν Σ_k (log |Σ_k| + tr Σ_k⁻¹ S₀)`. It never falls.
+    /// What is maximised, before each re-estimation and after the last:
+    /// `Σ w_n log p(x_n) − ½ ν Σ_k (log |Σ_k| + tr Σ_k⁻¹ S₀)`. It never falls.
     pub objective: Vec<f64>,
 }
 
@@ -62,8 +63,8 @@ fn refused(problem: &str) -> SituError {
 /// Maximum a posteriori of `components` Gaussians from weighted points; each begins at the points of its label.
 ///
 /// # Errors
-/// Where the slices differ in length, a label is out of range, no point has weight or one has less than none, or a number is
-/// not finite.
+/// Where the slices differ in length, a label is out of range, no point has weight or one has less than none, or a
+/// number is not finite.
 pub fn fit<const D: usize>(
     points: &[[f64; D]],
     weights: &[f64],
@@ -185,9 +186,10 @@ fn normalised(logs: &[f64]) -> (f64, Vec<f64>) {
 
 /// Regression: mean, shape (O), and covariance, shape (O, O), of the last O numbers given the first I. I + O = D.
 ///
-/// Each Gaussian predicts `μ_o + Σ_oi Σ_ii⁻¹ (x − μ_i)` with covariance `Σ_oo − Σ_oi Σ_ii⁻¹ Σ_io`, and counts as it is probable given the input;
-/// the covariance is that of the whole conditional, the scatter of the predictions in it. A Gaussian whose covariance is not positive definite
-/// in the input, which no fit gives, is left out; where there is none, both are 0.
+/// Each Gaussian predicts `μ_o + Σ_oi Σ_ii⁻¹ (x − μ_i)` with covariance `Σ_oo − Σ_oi Σ_ii⁻¹ Σ_io`, and counts as it is
+/// probable given the input; the covariance is that of the whole conditional, the scatter of the predictions in it. A
+/// Gaussian whose covariance is not positive definite in the input, which no fit gives, is left out; where there is
+/// none, both are 0.
 pub fn regress<const I: usize, const O: usize, const D: usize>(
     mixture: &Mixture<D>,
     input: &[f64; I],

@@ -1,20 +1,25 @@
 //! `tactile_gmr`: Gaussian mixture regression of pose from phase and contact (Sauser, Argall, Metta and Billard 2012).
 //!
-//! The original adapts a robot's grasp: a Gaussian mixture over posture and the readings of tactile cells, regressed at execution, and
-//! fitted again to the original and the corrected data after a person has pushed the fingers. This is a *reconstruction*: our scenes have no taxels, so
-//! the contact is whether the hand is commanded to be closed, and the time is a phase.
+//! The original adapts a robot's grasp: a Gaussian mixture over posture and the readings of tactile cells, regressed at
+//! execution, and fitted again to the original and the corrected data after a person has pushed the fingers. This is a
+//! *reconstruction*: our scenes have no taxels, so the contact is whether the hand is commanded to be closed, and the
+//! time is a phase.
 //!
-//! - **Data**: points along the way through a segment's keyframes, five a leg: phase, contact on the way there, and the pose in the tangent
-//!   space at the mean pose of the primitive (6). The phase of keyframe k of the primitive's K is k/(K−1); a segment's keyframes get
-//!   those of their partners ([`super::alignment`]), evenly spread between them. Before a first and after a last partner
-//!   phases go on to 0 and 1; what is beyond them is left out.
-//! - **Model**: one Gaussian a leg, each begun at its leg, for on a leg the pose is linear in the phase; maximum a posteriori
-//!   by expectation maximisation ([`mixture`]). Two legs' Gaussians predict the same pose where the legs meet, so little is smoothed away there.
-//! - **Correction**: its points join the data, and everything is fitted anew. All corrections together weigh [`CORRECTED_WEIGHT`] times the originals; as it
-//!   is data that is weighed, a part of the way that no correction shows is as it was.
-//! - **Execution**: the regression at the K phases of the original's keyframes, with its grip commands and rests. There can be no keyframe more or fewer.
+//! - **Data**: points along the way through a segment's keyframes, five a leg: phase, contact on the way there, and the
+//!   pose in the tangent space at the mean pose of the primitive (6). The phase of keyframe k of the primitive's K is
+//!   k/(K−1); a segment's keyframes get those of their partners ([`super::alignment`]), evenly spread between them.
+//!   Before a first and after a last partner phases go on to 0 and 1; what is beyond them is left out.
+//! - **Model**: one Gaussian a leg, each begun at its leg, for on a leg the pose is linear in the phase; maximum a
+//!   posteriori by expectation maximisation ([`mixture`]). Two legs' Gaussians predict the same pose where the legs
+//!   meet, so little is smoothed away there.
+//! - **Correction**: its points join the data, and everything is fitted anew. All corrections together weigh
+//!   [`CORRECTED_WEIGHT`] times the originals; as it is data that is weighed, a part of the way that no correction
+//!   shows is as it was.
+//! - **Execution**: the regression at the K phases of the original's keyframes, with its grip commands and rests. There
+//!   can be no keyframe more or fewer.
 //!
-//! Before the first correction a primitive does what the original policy does; its regression, within two millimetres of it, is used from then on.
+//! Before the first correction a primitive does what the original policy does; its regression, within two millimetres
+//! of it, is used from then on.
 
 pub mod mixture;
 mod points;
@@ -36,7 +41,8 @@ use crate::trace::Counters;
 /// Weight of all corrections together, the originals together being 1. With as much as the originals a keyframe that is
 /// moved by 12 cm ends 6 cm short; with nine times it is 1.2 cm, what a grasp forgives.
 pub const CORRECTED_WEIGHT: f64 = 9.0;
-/// Prior standard deviations: phase; contact, which is 0 or 1; metres; radians (1°). Small against a leg, so that the regression is the leg's.
+/// Prior standard deviations: phase; contact, which is 0 or 1; metres; radians (1°). Small against a leg, so that the
+/// regression is the leg's.
 const PRIOR: Prior<DIMENSIONS> = Prior {
     deviations: [0.01, 0.05, 0.003, 0.003, 0.003, 0.0175, 0.0175, 0.0175],
     // One point: as little as keeps a covariance regular.

@@ -51,7 +51,8 @@ fn phases(stops: &[Stop], shown: &[Stop]) -> Vec<Option<f64>> {
     phases
 }
 
-/// The points of a segment with these keyframes, at least one, of a primitive with these stops, at least one; `base` is where the tangent space is.
+/// The points of a segment with these keyframes, at least one, of a primitive with these stops, at least one; `base` is
+/// where the tangent space is.
 pub(super) fn of(stops: &[Stop], base: &Pose, keyframes: &[RelativeKeyframe]) -> Vec<Point> {
     let shown: Vec<Stop> = keyframes.iter().map(Stop::from).collect();
     let point = |phase: f64, contact: f64, pose: &Pose| -> Point {
