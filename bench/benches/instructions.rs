@@ -25,7 +25,7 @@ use std::process::{Command, ExitCode, Stdio};
 use gungraun::prelude::*;
 use situ::correction::Correction;
 use situ::edit::Edit;
-use situ::keyframe::hmm::Fit;
+use situ::keyframe::hmm::HmmFit;
 use situ::keyframe::logistic::{self, LogisticFit};
 use situ::method::{self, Learned};
 use situ::place::{NodeId, Place};
@@ -59,7 +59,7 @@ const SLOWDOWN: (&str, &str) = ("kernels::hmm_fit::twenty_iterations", "kernels:
 #[library_benchmark]
 #[bench::twenty_iterations(args = (0), setup = Fitting::checked)]
 #[bench::one_more(args = (1), setup = Fitting::checked)]
-fn hmm_fit(fitting: Fitting) -> (Fit, Fitting) {
+fn hmm_fit(fitting: Fitting) -> (HmmFit, Fitting) {
     (fitting.run(), fitting)
 }
 

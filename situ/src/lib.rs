@@ -32,6 +32,8 @@ pub mod method;
 pub mod place;
 pub mod primitive;
 pub mod random;
+#[cfg(test)]
+mod same_bits;
 pub mod segmentation;
 pub mod situ;
 pub mod structure;

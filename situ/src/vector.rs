@@ -10,7 +10,7 @@ mod four;
 mod logarithm;
 
 pub(crate) use exponential::exp;
-pub(crate) use four::{Four, Wide, polynomial};
+pub(crate) use four::{Four, LANES, Wide, polynomial};
 pub(crate) use logarithm::log_1p;
 
 #[cfg(target_arch = "x86_64")]
@@ -20,8 +20,6 @@ use pulp::Scalar256b;
 #[cfg(target_arch = "x86_64")]
 use pulp::{NullaryFnOnce, x86::V3};
 
-/// Numbers of a [`Four`].
-pub(crate) const LANES: usize = 4;
 /// Numbers that plain loops go through at once.
 pub(crate) const EIGHT: usize = 8;
 
@@ -59,11 +57,17 @@ pub fn kind() -> &'static str {
     "baseline"
 }
 
+#[cfg(test)]
+thread_local! {
+    /// Whether kernels do without the processor's vectors.
+    pub(crate) static PLAINLY: core::cell::Cell<bool> = const { core::cell::Cell::new(false) };
+}
+
 /// Runs a kernel on the widest vectors of the processor.
 #[inline]
 pub(crate) fn widest<K: Kernel>(kernel: K) -> K::Output {
     #[cfg(test)]
-    if tests::PLAINLY.get() {
+    if PLAINLY.get() {
         return kernel.run(Scalar256b);
     }
     #[cfg(target_arch = "x86_64")]
@@ -129,72 +133,16 @@ pub(crate) fn sum(column: &[f64]) -> f64 {
     (a + c) + (b + d)
 }
 
-#[cfg(test)]
-mod tests {
-    use core::cell::Cell;
-    use core::fmt::Debug;
-
-    use rand::{RngExt, SeedableRng};
-    use rand_chacha::ChaCha8Rng;
-
-    use crate::demonstration::{Gripper, Pose, State};
-    use crate::keyframe::hmm::{Hmm, HmmParameters, Observation};
-    use crate::keyframe::logistic::{self, LogisticParameters, Path};
-    use crate::keyframe::pose::{Tangent, exp};
-    use crate::place::NodeId;
-    use crate::primitive::Ball;
-    use crate::task_model::screen::Screen;
-
-    thread_local! {
-        /// Whether kernels do without the processor's vectors.
-        pub(super) static PLAINLY: Cell<bool> = const { Cell::new(false) };
-    }
-
-    /// What something computes with the processor's vectors, and that it computes the same bits without.
-    fn either_way<T: Debug + PartialEq>(compute: impl Fn() -> T) -> T {
-        let found = compute();
-        PLAINLY.set(true);
-        let plain = compute();
-        PLAINLY.set(false);
-        assert_eq!(found, plain, "not the same bits without the processor's vectors");
-        found
-    }
-
-    #[test]
-    fn no_result_depends_on_the_vectors() {
-        let mut rng = ChaCha8Rng::seed_from_u64(9);
-        let mut draw = move |spread: f64| spread * (rng.random::<f64>() - 0.5);
-        for case in 0..40 {
-            // Rotations near one another, and as far as they can be.
-            let spread = [0.2, 1.0, 3.0, 6.0][case % 4];
-            let sequences: Vec<Vec<Observation>> = (0..1 + case % 6)
-                .map(|sequence| {
-                    let observe = |frame| {
-                        let pose = exp(&Pose::identity(), &Tangent::from_fn(|_, _| draw(spread)));
-                        let gripper = (case % 2 == 0).then(|| Gripper::Open(0.01 * f64::from(frame)));
-                        Observation { pose, gripper }
-                    };
-                    (0..5 + 3 * sequence as u32).map(observe).collect()
-                })
-                .collect();
-            let slices: Vec<&[Observation]> = sequences.iter().map(Vec::as_slice).collect();
-            let parameters = HmmParameters::default();
-            let fit = either_way(|| Hmm::fit(&slices, 1 + case % 7, &parameters).unwrap());
-            assert!(fit.log_likelihood().is_finite());
-            either_way(|| fit.hmm.total_log_likelihood(&sequences).to_bits());
-            let rows: Vec<Vec<f64>> = (0..12 + 5 * case).map(|_| (0..1 + case).map(|_| draw(4.0)).collect()).collect();
-            let rows: Vec<&[f64]> = rows.iter().map(Vec::as_slice).collect();
-            let labels: Vec<bool> = rows.iter().map(|row| row[0] + draw(1.0) > 0.5).collect();
-            for path in [Path::Primal, Path::Dual] {
-                let parameters = LogisticParameters { path, ..LogisticParameters::default() };
-                assert!(either_way(|| logistic::fit(&rows, &labels, &parameters, None).unwrap()).converged);
-            }
-            let mut screen = Screen::default();
-            let scales = vec![0.3; 1 + case];
-            for (node, centre) in rows.iter().enumerate() {
-                screen.set(NodeId(node as u32), Some(Ball { scales: &scales, centre, greatest: 20.0 * case as f64 }));
-            }
-            either_way(|| screen.passing(&State::new(rows[0].iter().map(|value| 0.2 * value).collect::<Vec<f64>>())));
+/// Σ l_i r_i: four running sums, joined in a fixed order: the same bits on every machine, and open to vector
+/// instructions.
+pub(crate) fn dot(left: &[f64], right: &[f64]) -> f64 {
+    let mut lanes = [0.0; 4];
+    let (left_lanes, right_lanes) = (left.chunks_exact(4), right.chunks_exact(4));
+    let rest: f64 = left_lanes.remainder().iter().zip(right_lanes.remainder()).map(|(l, r)| l * r).sum();
+    for (left, right) in left_lanes.zip(right_lanes) {
+        for lane in 0..4 {
+            lanes[lane] += left[lane] * right[lane];
         }
     }
+    (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]) + rest
 }

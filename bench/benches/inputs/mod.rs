@@ -10,7 +10,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use situ::demonstration::{Pose, State};
 use situ::keyframe::divergence::cross_likelihood;
-use situ::keyframe::hmm::{Fit, Hmm, HmmParameters, Observation};
+use situ::keyframe::hmm::{Hmm, HmmFit, HmmParameters, Observation};
 use situ::keyframe::interpolate::resample;
 use situ::keyframe::learner::{Calibration, KeyframeLearner};
 use situ::keyframe::logistic::{self, LogisticFit, LogisticParameters, Path};
@@ -91,7 +91,7 @@ impl Fitting {
     pub(crate) fn checked(more_iterations: usize) -> Self {
         let mut fitting = Self::of(trajectories("policy", 0.0));
         fitting.parameters.max_iterations += more_iterations;
-        let Fit { iterations, log_likelihoods, .. } = fitting.run();
+        let HmmFit { iterations, log_likelihoods, .. } = fitting.run();
         assert_eq!(iterations, fitting.parameters.max_iterations, "all iterations are made");
         let (first, last) = (log_likelihoods[0], log_likelihoods[iterations]);
         assert!(last.is_finite() && last > first, "the fit explains its data better than its start: {first}, {last}");
@@ -99,7 +99,7 @@ impl Fitting {
     }
 
     /// Fits.
-    pub(crate) fn run(&self) -> Fit {
+    pub(crate) fn run(&self) -> HmmFit {
         let sequences: Vec<&[Observation]> = self.sequences.iter().map(Vec::as_slice).collect();
         Hmm::fit(&sequences, self.states, &self.parameters).expect("the sequences are sound")
     }
@@ -115,7 +115,7 @@ impl Scoring {
     /// The scoring.
     pub(crate) fn checked() -> Self {
         let fitting = Fitting::checked(0);
-        let Fit { hmm, log_likelihoods, .. } = fitting.run();
+        let HmmFit { hmm, log_likelihoods, .. } = fitting.run();
         let scoring = Self { hmm, sequences: fitting.sequences };
         let (found, expected) = (scoring.run(), log_likelihoods[log_likelihoods.len() - 1]);
         assert!(

@@ -9,7 +9,7 @@ use super::alignment::displacement;
 use super::classifier::{KeyframeClassifier, lifted, scaled, squared_distance, standardised};
 use super::cluster::average_linkage;
 use super::divergence::{cross_likelihood, monte_carlo, monte_carlo_against, transient_bound};
-use super::hmm::{Fit, Hmm, HmmParameters, Observation};
+use super::hmm::{Hmm, HmmFit, HmmParameters, Observation};
 use super::interpolate::resample;
 use super::logistic;
 use super::parameters::{Activation, Compared, Cut, Divergence, KeyframeParameters, Standardisation, States};
@@ -58,7 +58,7 @@ impl KeyframeLearner {
         states: usize,
         parameters: &HmmParameters,
         counters: &mut Counters,
-    ) -> Result<Fit, SituError> {
+    ) -> Result<HmmFit, SituError> {
         let sequences: Vec<&[Observation]> = sequences.iter().map(Vec::as_slice).collect();
         let fit = Hmm::fit(&sequences, states, parameters)
             .map_err(|error| SituError::Policy { reference: reference.to_owned(), problem: error.to_string() })?;

@@ -2,7 +2,7 @@
 
 use core::f64::consts::LOG2_E;
 
-use super::{Four, Wide, polynomial};
+use super::four::{Four, Wide, polynomial};
 
 /// Where the exponential is less than the least normal number, it is taken for 0.
 const LEAST: f64 = -708.0;

@@ -4,7 +4,8 @@ use core::ops::{Add, AddAssign, Div, Mul, Sub};
 
 use pulp::{Simd, cast, f64x4, m64x4, u64x4};
 
-use super::LANES;
+/// Numbers of a [`Four`].
+pub(crate) const LANES: usize = 4;
 
 /// Instructions for four numbers at once.
 pub(crate) trait Wide: Simd<f64s = f64x4, m64s = m64x4, u64s = u64x4> {}

@@ -1,6 +1,6 @@
 //! log(1 + x) by additions, products and one division: the same bits everywhere, and many at once.
 
-use super::{Four, Wide, polynomial};
+use super::four::{Four, Wide, polynomial};
 
 /// 2/(2n + 1): of 2 artanh s over s, s ≤ ⅓, in s², the terms that are above the rounding error.
 const COEFFICIENTS: [[f64; 4]; 4] = coefficients();

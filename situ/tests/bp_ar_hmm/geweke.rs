@@ -21,7 +21,7 @@ use nalgebra::{SMatrix, SVector};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use situ::method::bp_ar_hmm::sampler::{
-    Chain, Dynamics, DynamicsPrior, GammaPrior, Moves, Prior, Row, Sequence, State, Weights,
+    Chain, ChainState, Dynamics, DynamicsPrior, GammaPrior, LaggedSequence, Moves, Prior, SequenceState, Weights,
 };
 use situ::random::standard_normal;
 
@@ -65,7 +65,7 @@ fn hyper(prior: GammaPrior, rng: &mut impl Rng) -> f64 {
 }
 
 /// The two-parameter Indian buffet, until every guest has a dish.
-fn state_from_prior(rng: &mut ChaCha8Rng) -> State<1> {
+fn state_from_prior(rng: &mut ChaCha8Rng) -> ChainState<1> {
     let prior = prior();
     let (gamma, c, dishes) = loop {
         let (gamma, c) = (hyper(prior.gamma, rng), hyper(prior.c, rng));
@@ -110,14 +110,14 @@ fn state_from_prior(rng: &mut ChaCha8Rng) -> State<1> {
                 .unwrap_or(active.len() - 1);
             states.push(active[place]);
         }
-        Row { active, weights, states }
+        SequenceState { active, weights, states }
     };
     let rows = dishes.into_iter().zip(FRAMES).map(row).collect();
-    State { dynamics, rows, alpha, kappa, gamma, c }
+    ChainState { dynamics, rows, alpha, kappa, gamma, c }
 }
 
-fn observations(state: &State<1>, rng: &mut ChaCha8Rng) -> Vec<Sequence<1>> {
-    let sequence = |row: &Row| {
+fn observations(state: &ChainState<1>, rng: &mut ChaCha8Rng) -> Vec<LaggedSequence<1>> {
+    let sequence = |row: &SequenceState| {
         frames(SVector::from([1.0]), &row.states, |name, before| {
             let own = &state.dynamics[&name];
             SVector::from([own.transition[0] * before[0] + own.covariance[0].sqrt() * standard_normal(rng)])
@@ -127,7 +127,7 @@ fn observations(state: &State<1>, rng: &mut ChaCha8Rng) -> Vec<Sequence<1>> {
 }
 
 /// The statistics by name: of each part of the state, and of parts together, that a wrong move would pull apart.
-fn statistics(state: &State<1>, sequences: &[Sequence<1>]) -> Vec<(&'static str, f64)> {
+fn statistics(state: &ChainState<1>, sequences: &[LaggedSequence<1>]) -> Vec<(&'static str, f64)> {
     let behaviours = state.dynamics.len() as f64;
     let owned = |name: &usize| state.rows.iter().filter(|row| row.active.contains(name)).count();
     let memberships: usize = state.rows.iter().map(|row| row.active.len()).sum();

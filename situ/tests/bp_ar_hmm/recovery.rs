@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, Vector2};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use situ::method::bp_ar_hmm::sampler::{Chain, Moves, Sequence};
+use situ::method::bp_ar_hmm::sampler::{Chain, LaggedSequence, Moves};
 use situ::random::{standard_normal, stream};
 
 use crate::synthetic::{frames, hamming, published};
@@ -16,7 +16,7 @@ const CHAINS: u64 = 2;
 const SWEEPS: usize = 150;
 
 /// Six sequences of 150 frames, each with two or three of four behaviours, that change every 25 frames.
-fn planted(seed: u64) -> (Vec<Vec<usize>>, Vec<Sequence<2>>) {
+fn planted(seed: u64) -> (Vec<Vec<usize>>, Vec<LaggedSequence<2>>) {
     const HAS: [&[usize]; 6] = [&[0, 1], &[1, 2], &[0, 2, 3], &[1, 3], &[0, 1, 2], &[2, 3]];
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     HAS.iter()

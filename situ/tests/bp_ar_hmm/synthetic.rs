@@ -2,7 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 use rand::{Rng, RngExt};
-use situ::method::bp_ar_hmm::sampler::{DynamicsPrior, GammaPrior, Prior, Sequence};
+use situ::method::bp_ar_hmm::sampler::{DynamicsPrior, GammaPrior, LaggedSequence, Prior};
 use situ::random::standard_normal;
 
 /// The priors of the published settings, for observations whose first differences have unit variance.
@@ -36,7 +36,7 @@ pub(crate) fn frames<const D: usize>(
     first: SVector<f64, D>,
     states: &[usize],
     mut step: impl FnMut(usize, &SVector<f64, D>) -> SVector<f64, D>,
-) -> Sequence<D> {
+) -> LaggedSequence<D> {
     let (mut current, mut lagged) = (Vec::new(), Vec::new());
     let mut before = first;
     for state in states {
@@ -44,7 +44,7 @@ pub(crate) fn frames<const D: usize>(
         before = step(*state, &before);
         current.push(before);
     }
-    Sequence { current, lagged }
+    LaggedSequence { current, lagged }
 }
 
 /// Share of the frames that are labelled otherwise, the found labels being matched with the true ones, one to one, as

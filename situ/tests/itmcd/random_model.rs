@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use situ::method::itmcd::starhmm::{END, Emission, Phase, Sequence, Starhmm, Step};
+use situ::method::itmcd::starhmm::{END, LinearGaussian, Phase, Starhmm, StarhmmSequence, StarhmmStep};
 use situ::random::standard_normal;
 
 /// d.
@@ -17,7 +17,7 @@ fn normals(count: usize, scale: f64, rng: &mut ChaCha8Rng) -> Vec<f64> {
 }
 
 /// An emission that draws the state towards a random goal.
-pub(crate) fn emission(rng: &mut ChaCha8Rng) -> Emission {
+pub(crate) fn emission(rng: &mut ChaCha8Rng) -> LinearGaussian {
     let mut weights = normals(OUTPUTS * INPUTS, 0.2, rng);
     for row in 0..OUTPUTS {
         weights[row * INPUTS + row] += 0.5;
@@ -31,7 +31,7 @@ pub(crate) fn emission(rng: &mut ChaCha8Rng) -> Emission {
             covariance[row * OUTPUTS + column] = product + if row == column { 0.05 } else { 0.0 };
         }
     }
-    Emission::new(weights, covariance, INPUTS).unwrap()
+    LinearGaussian::new(weights, covariance, INPUTS).unwrap()
 }
 
 /// A model of so many phases over two contexts, every child permitted with even odds and at least one; φ = ψ = (1, the
@@ -83,7 +83,7 @@ fn choose(weights: &[f64], rng: &mut ChaCha8Rng) -> usize {
 }
 
 /// Draws a sequence by the words of the model, at most so many steps, and the phases that made it.
-pub(crate) fn draw(model: &Starhmm, most: usize, rng: &mut ChaCha8Rng) -> (Sequence, Vec<usize>) {
+pub(crate) fn draw(model: &Starhmm, most: usize, rng: &mut ChaCha8Rng) -> (StarhmmSequence, Vec<usize>) {
     let product = |left: &[f64], right: &[f64]| -> f64 { left.iter().zip(right).map(|(l, r)| l * r).sum() };
     let enter = |options: &[usize], state: &[f64], rng: &mut ChaCha8Rng| {
         let entry = |to: &usize| if *to == END { model.end_entry } else { model.phases[*to].entry };
@@ -109,7 +109,7 @@ pub(crate) fn draw(model: &Starhmm, most: usize, rng: &mut ChaCha8Rng) -> (Seque
             .map(|(row, noise)| product(row, &regressors) + noise)
             .collect();
         let shown = features(&target);
-        steps.push(Step {
+        steps.push(StarhmmStep {
             context: model.phases[phase].context,
             regressors,
             exit_features: shown.clone(),
@@ -128,5 +128,5 @@ pub(crate) fn draw(model: &Starhmm, most: usize, rng: &mut ChaCha8Rng) -> (Seque
         }
         state = target;
     }
-    (Sequence { origin: None, entry_features, steps, ends }, path)
+    (StarhmmSequence { origin: None, entry_features, steps, ends }, path)
 }

@@ -2,7 +2,7 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use situ::method::itmcd::starhmm::{END, Emission, FitParameters, Sequence, Starhmm, StarhmmError};
+use situ::method::itmcd::starhmm::{END, FitParameters, LinearGaussian, Starhmm, StarhmmError, StarhmmSequence};
 use situ::random::stream;
 
 use crate::random_model::{INPUTS, OUTPUTS, draw, model};
@@ -16,7 +16,7 @@ fn product(left: &[f64], right: &[f64]) -> f64 {
 }
 
 /// The density of a two-dimensional Gaussian, written out.
-fn density(emission: &Emission, regressors: &[f64], target: &[f64]) -> f64 {
+fn density(emission: &LinearGaussian, regressors: &[f64], target: &[f64]) -> f64 {
     let [a, b, _, c] = emission.covariance() else { unreachable!() };
     let mean: Vec<f64> = emission.weights().chunks(INPUTS).map(|row| product(row, regressors)).collect();
     let (x, y, determinant) = (target[0] - mean[0], target[1] - mean[1], a * c - b * b);
@@ -25,7 +25,7 @@ fn density(emission: &Emission, regressors: &[f64], target: &[f64]) -> f64 {
 }
 
 /// p(path, sequence), from the words of the model and no code of the crate.
-fn joint(model: &Starhmm, index: usize, sequence: &Sequence, path: &[usize]) -> f64 {
+fn joint(model: &Starhmm, index: usize, sequence: &StarhmmSequence, path: &[usize]) -> f64 {
     let enter = |from: Option<usize>, inside: bool, to: usize, features: &[f64]| {
         let children = from.map_or(&model.first, |from| &model.children[from]);
         let present = |to: &usize| *to == END || !model.phases[*to].absent.contains(&index);
@@ -80,7 +80,7 @@ fn inference_is_the_sum_over_all_paths() {
         for phase in &mut truth.phases {
             // Broad, so that no product of densities is too small for the oracle.
             let covariance = phase.emission.covariance().iter().map(|value| 40.0 * value).collect();
-            phase.emission = Emission::new(phase.emission.weights().to_vec(), covariance, INPUTS).unwrap();
+            phase.emission = LinearGaussian::new(phase.emission.weights().to_vec(), covariance, INPUTS).unwrap();
         }
         let (mut sequence, _) = draw(&truth, 6, &mut rng);
         if rng.random() {
@@ -156,7 +156,7 @@ fn no_iteration_lowers_the_log_likelihood() {
     for seed in 0.. {
         let mut rng = generator(seed, "starts");
         let truth = model(2, 1, &mut rng);
-        let mut sequences: Vec<Sequence> = (0..3).map(|_| draw(&truth, 15, &mut rng).0).collect();
+        let mut sequences: Vec<StarhmmSequence> = (0..3).map(|_| draw(&truth, 15, &mut rng).0).collect();
         let mut start = model(rng.random_range(1..4), 1, &mut rng);
         if rng.random() {
             let steps = sequences.iter_mut().flat_map(|sequence| &mut sequence.steps);
@@ -202,18 +202,18 @@ fn a_planted_model_is_recovered() {
     for (phase, goal) in goals.iter().enumerate() {
         // s' = g + 0.5 (s − g): the state is drawn towards the goal.
         let weights = vec![0.5, 0.0, 0.5 * goal[0], 0.0, 0.5, 0.5 * goal[1]];
-        truth.phases[phase].emission = Emission::new(weights, vec![0.6, 0.2, 0.2, 0.8], INPUTS).unwrap();
+        truth.phases[phase].emission = LinearGaussian::new(weights, vec![0.6, 0.2, 0.2, 0.8], INPUTS).unwrap();
         truth.exits[phase] = vec![-1.5, 0.0];
     }
     truth.children = vec![vec![1, 2], vec![2, END], vec![0, END]];
     truth.first = vec![0, 1];
     truth.entries = vec![vec![0.0, 0.0], vec![0.5, -1.0], vec![0.0, 0.0], vec![-0.5, 0.0]];
-    let drawn: Vec<(Sequence, Vec<usize>)> = (0..120).map(|_| draw(&truth, 60, &mut rng)).collect();
+    let drawn: Vec<(StarhmmSequence, Vec<usize>)> = (0..120).map(|_| draw(&truth, 60, &mut rng)).collect();
     let (sequences, paths): (Vec<_>, Vec<_>) = drawn.into_iter().unzip();
     let mut start = truth.clone();
     for (phase, goal) in goals.iter().enumerate() {
         let weights = vec![0.0, 0.0, goal[0] * 0.7 + 0.5, 0.0, 0.0, goal[1] * 0.7];
-        start.phases[phase].emission = Emission::new(weights, vec![4.0, 0.0, 0.0, 4.0], INPUTS).unwrap();
+        start.phases[phase].emission = LinearGaussian::new(weights, vec![4.0, 0.0, 0.0, 4.0], INPUTS).unwrap();
     }
     start.exits.iter_mut().chain(&mut start.entries).for_each(|weights| weights.fill(0.0));
     let parameters =
@@ -263,11 +263,11 @@ fn what_does_not_fit_together_is_refused() {
     let sound = model(2, 1, &mut rng);
     let (sequence, _) = draw(&sound, 5, &mut rng);
     let parameters = FitParameters { ridge: 1e-3, floor: 1e-3, switch_ridge: 1e-2, tolerance: 1e-3, max_iterations: 3 };
-    let refuse = |model: &Starhmm, sequence: &Sequence| {
+    let refuse = |model: &Starhmm, sequence: &StarhmmSequence| {
         assert!(model.clone().fit(std::slice::from_ref(sequence), &parameters).is_err());
         assert!(model.posterior(0, sequence).is_err() && model.most_probable_path(0, sequence).is_err());
     };
-    let spoilt = |change: &dyn Fn(&mut Sequence)| {
+    let spoilt = |change: &dyn Fn(&mut StarhmmSequence)| {
         let mut other = sequence.clone();
         change(&mut other);
         refuse(&sound, &other);
@@ -287,8 +287,12 @@ fn what_does_not_fit_together_is_refused() {
     broken(&|model| model.end_entry = 3);
     broken(&|model| model.entries[0].push(0.0));
     broken(&|model| model.phases.clear());
-    assert_eq!(Emission::new(vec![0.0; OUTPUTS * INPUTS], vec![1.0, 2.0, 2.0, 1.0], INPUTS), None, "not definite");
-    assert_eq!(Emission::new(vec![0.0; 5], vec![1.0], 0), None);
+    assert_eq!(
+        LinearGaussian::new(vec![0.0; OUTPUTS * INPUTS], vec![1.0, 2.0, 2.0, 1.0], INPUTS),
+        None,
+        "not definite"
+    );
+    assert_eq!(LinearGaussian::new(vec![0.0; 5], vec![1.0], 0), None);
 }
 
 /// 2 phases of W (2 × 3) and Σ (3), w of 2; and of v, those that a choice joins.

@@ -5,17 +5,17 @@ use proptest::prelude::*;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use situ::demonstration::{Gripper, Pose};
-use situ::keyframe::hmm::{Emission, EmissionDensity, Fit, Hmm, HmmError, HmmParameters, Observation};
+use situ::keyframe::hmm::{Emission, EmissionDensity, Hmm, HmmError, HmmFit, HmmParameters, Observation};
 use situ::keyframe::pose::log;
 
 use crate::sample::{passes, pose_of, slices};
 
-fn fit(sequences: &[Vec<Observation>], states: usize, parameters: &HmmParameters) -> Fit {
+fn fit(sequences: &[Vec<Observation>], states: usize, parameters: &HmmParameters) -> HmmFit {
     Hmm::fit(&slices(sequences), states, parameters).expect("fits")
 }
 
 /// The greatest fall of the objective from one step to the next, relative to it.
-fn greatest_fall(fit: &Fit) -> f64 {
+fn greatest_fall(fit: &HmmFit) -> f64 {
     fit.objectives.windows(2).map(|pair| (pair[0] - pair[1]) / pair[0].abs()).fold(0.0, f64::max)
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::Matrix6;
 use serde::Deserialize;
 use situ::demonstration::Pose;
-use situ::keyframe::hmm::{Emission, Fit, Hmm, HmmParameters, Observation};
+use situ::keyframe::hmm::{Emission, Hmm, HmmFit, HmmParameters, Observation};
 
 use crate::sample::{pose_of, slices};
 
@@ -65,7 +65,7 @@ impl Case {
         self.sequences.iter().map(|sequence| sequence.iter().map(observe).collect()).collect()
     }
 
-    fn check(&self, fit: &Fit, iterations: usize) {
+    fn check(&self, fit: &HmmFit, iterations: usize) {
         assert_eq!(fit.iterations, iterations);
         same("log likelihoods", &fit.log_likelihoods, &self.log_likelihoods, 1.0);
         same("initial", &fit.hmm.initial, &self.initial, 1.0);

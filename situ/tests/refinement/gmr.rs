@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use situ::demonstration::{RelativeKeyframe, Segment};
 use situ::keyframe::pose::{Tangent, exp, log};
 use situ::method::refinement::Refine;
-use situ::method::refinement::tactile_gmr::mixture::{Component, Mixture, Prior, fit, regress};
+use situ::method::refinement::tactile_gmr::mixture::{Component, CovariancePrior, Mixture, fit, regress};
 use situ::method::refinement::tactile_gmr::{Regressed, TactileGmr};
 use situ::random::{standard_normal, stream};
 
@@ -82,7 +82,7 @@ fn the_objective_never_falls() {
             .collect();
         let weights: Vec<f64> = points.iter().map(|_| 9.0 * rng.random::<f64>()).collect();
         let labels: Vec<usize> = points.iter().map(|_| rng.random_range(0..components)).collect();
-        let prior = Prior { deviations: [0.05, 0.1, 0.2], weight: 1.0 };
+        let prior = CovariancePrior { deviations: [0.05, 0.1, 0.2], weight: 1.0 };
         let objective = fit(&points, &weights, &labels, components, &prior).unwrap().objective;
         for pair in objective.windows(2) {
             assert!(pair[1] >= pair[0] - 1e-8 * pair[0].abs(), "{seed}: {objective:?}");
@@ -90,7 +90,7 @@ fn the_objective_never_falls() {
         iterations += objective.len();
     }
     assert!(iterations > 500, "the fits take steps: {iterations}");
-    let refused = fit(&[[f64::NAN; 3]], &[1.0], &[0], 1, &Prior { deviations: [0.1; 3], weight: 1.0 });
+    let refused = fit(&[[f64::NAN; 3]], &[1.0], &[0], 1, &CovariancePrior { deviations: [0.1; 3], weight: 1.0 });
     assert!(refused.is_err());
 }
 

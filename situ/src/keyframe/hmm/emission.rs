@@ -4,9 +4,12 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 
+use super::covariance::Covariance;
+use super::density::EmissionDensity;
 use super::frames::Frames;
+use super::gaussian::Gaussian;
 use super::gripper::GripperEmission;
-use super::{EmissionDensity, HmmError, HmmParameters};
+use super::parameters::{HmmError, HmmParameters};
 use crate::demonstration::{Gripper, Pose};
 use crate::keyframe::pose::{Tangent, exp, log, rotation_exp};
 use crate::random::standard_normal;
@@ -73,7 +76,7 @@ impl Emission {
         gripper: Option<GripperEmission>,
     ) {
         (self.mean, self.covariance, self.scatter, self.gripper) = (mean, covariance.matrix, scatter, gripper);
-        self.whitening = inverted(&covariance.factor);
+        self.whitening = covariance.inverse_factor();
         self.log_normaliser = -0.5 * (DIMENSIONS * LOG_TWO_PI + covariance.log_determinant);
     }
 
@@ -106,9 +109,9 @@ impl Emission {
         self.log_normaliser - 0.5 * self.mahalanobis_squared(&log(&self.mean, pose))
     }
 
-    /// −½ (6 log 2π + log |Σ|).
-    pub(super) fn log_normaliser(&self) -> f64 {
-        self.log_normaliser
+    /// The pose's part as the kernels take it.
+    pub(super) fn gaussian(&self) -> Gaussian {
+        Gaussian::new(&self.whitening, self.log_normaliser)
     }
 
     /// Adds what the commands count, where they and the emission's distribution of them are there.
@@ -121,11 +124,6 @@ impl Emission {
         for (log_density, command) in log_densities.iter_mut().zip(commands) {
             *log_density += command.map_or(0.0, |command| scores.log_density(command));
         }
-    }
-
-    /// W with |W r|² the squared Mahalanobis length of r: lower triangular.
-    pub(super) fn whitening(&self) -> &Matrix6<f64> {
-        &self.whitening
     }
 
     /// What the prior of decision D12 adds to the objective of the fit: −½ ν₀ (log |Σ| + tr Σ⁻¹ S₀).
@@ -162,7 +160,7 @@ impl EmissionDensity for Emission {
     fn log_densities(emissions: &[Self], frames: &[&Observation], columns: &mut [f64]) {
         let poses = Frames::new(frames.iter().map(|frame| &frame.pose));
         for (emission, column) in emissions.iter().zip(columns.chunks_exact_mut(poses.padded().max(1))) {
-            poses.log_densities(emission, column);
+            poses.log_densities(&emission.mean, emission.gaussian(), column);
             emission.add_log_densities_of_commands(frames.iter().map(|frame| frame.gripper), column);
         }
     }
@@ -208,61 +206,6 @@ fn rotation(vector: &Vector3<f64>) -> Matrix3<f64> {
     rotation_exp(vector).to_rotation_matrix().into_inner()
 }
 
-/// A positive definite matrix.
-pub(super) struct Covariance {
-    matrix: Matrix6<f64>,
-    /// Its lower Cholesky factor.
-    factor: Matrix6<f64>,
-    pub(super) log_determinant: f64,
-}
-
-impl Covariance {
-    /// # Errors
-    /// [`HmmError::NotPositiveDefinite`] where it is not.
-    pub(super) fn new(matrix: Matrix6<f64>) -> Result<Self, HmmError> {
-        let mut factor = Matrix6::zeros();
-        let mut pivots = [0.0; 6];
-        for column in 0..6 {
-            for row in column..6 {
-                let mut value = matrix[(row, column)];
-                for k in 0..column {
-                    value -= factor[(row, k)] * factor[(column, k)];
-                }
-                if row > column {
-                    factor[(row, column)] = value / factor[(column, column)];
-                } else if value.is_finite() && value > 0.0 {
-                    factor[(row, column)] = libm::sqrt(value);
-                    pivots[column] = value;
-                } else {
-                    return Err(HmmError::NotPositiveDefinite);
-                }
-            }
-        }
-        // One logarithm of their product, unless that is beyond what a number holds.
-        let times = |product: f64, pivot: &f64| Some(product * pivot).filter(|next| next.is_normal());
-        let product = pivots.iter().try_fold(1.0, times);
-        let log_determinant = product.map_or_else(|| pivots.iter().map(|pivot| libm::log(*pivot)).sum(), libm::log);
-        Ok(Self { matrix, factor, log_determinant })
-    }
-}
-
-/// The inverse of a lower triangular matrix.
-fn inverted(factor: &Matrix6<f64>) -> Matrix6<f64> {
-    let mut inverse = Matrix6::zeros();
-    for row in 0..6 {
-        let pivot = 1.0 / factor[(row, row)];
-        for column in 0..row {
-            let mut value = 0.0;
-            for k in column..row {
-                value -= factor[(row, k)] * inverse[(k, column)];
-            }
-            inverse[(row, column)] = value * pivot;
-        }
-        inverse[(row, row)] = pivot;
-    }
-    inverse
-}
-
 /// What is written of an emission: all but what follows from it.
 #[derive(Serialize, Deserialize)]
 struct Stored {
@@ -284,5 +227,52 @@ impl TryFrom<Stored> for Emission {
 
     fn try_from(stored: Stored) -> Result<Self, HmmError> {
         Self::new(stored.mean, stored.covariance, stored.scatter, stored.gripper)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::keyframe::hmm::residuals::Residuals;
+    use crate::vector::LANES;
+
+    /// Blocks of frames and one frame after the other, near the mean and as far as a rotation can be.
+    #[test]
+    fn blocks_are_what_one_frame_after_the_other_is() {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let mut draw = |spread: f64| spread * (rng.random::<f64>() - 0.5);
+        let mean = exp(&Pose::identity(), &Tangent::from_fn(|_, _| draw(2.0)));
+        for (spread, count) in [(0.1, 41), (1.0, 40), (3.0, 7), (6.0, 64), (0.2, 1)] {
+            let poses: Vec<Pose> = (0..count).map(|_| exp(&mean, &Tangent::from_fn(|_, _| draw(spread)))).collect();
+            let frames = Frames::new(poses.iter());
+            let mut weights = vec![0.0; frames.padded()];
+            let share = |frame: usize| if frame.is_multiple_of(3) || frame / 4 == 2 { 0.0 } else { draw(0.5) + 0.5 };
+            weights[..count].iter_mut().zip((0..count).map(share)).for_each(|(weight, share)| *weight = share);
+            let mut residuals = Residuals::new(&frames);
+            let turned = residuals.measure(&frames, &mean, &weights);
+            let covariance =
+                Matrix6::from_fn(|row, column| if row == column { 3.0 } else { 0.3 + 0.1 * (row + column) as f64 });
+            let emission = Emission::new(mean, covariance, Matrix6::zeros(), None).unwrap();
+            let (mut found, mut of_frames) = (vec![0.0; frames.padded()], vec![0.0; frames.padded()]);
+            residuals.log_densities(emission.gaussian(), &mut found);
+            frames.log_densities(&mean, emission.gaussian(), &mut of_frames);
+            let (mut sum, mut scatter) = (Tangent::zeros(), Matrix6::zeros());
+            for (frame, pose) in poses.iter().enumerate() {
+                let residual = log(&mean, pose);
+                let expected = emission.pose_log_density(pose);
+                assert!((found[frame] - expected).abs() <= 1e-12 * (1.0 + expected.abs()), "{spread}: {expected}");
+                assert_eq!(found[frame].to_bits(), of_frames[frame].to_bits());
+                sum += residual * weights[frame];
+                scatter += residual * residual.transpose() * weights[frame];
+            }
+            let blocks: Vec<usize> = (0..frames.padded() / LANES).filter(|block| *block != 2).collect();
+            let found = residuals.moments(&weights, &blocks);
+            assert!((found.0 - sum).norm() <= 1e-13 * (1.0 + sum.norm()));
+            assert!((turned - sum.fixed_rows::<3>(3)).norm() <= 1e-13 * (1.0 + sum.norm()));
+            assert!((found.1 - scatter).norm() <= 1e-12 * (1.0 + scatter.norm()));
+        }
     }
 }

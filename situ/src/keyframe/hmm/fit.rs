@@ -2,11 +2,15 @@
 
 use nalgebra::{Matrix6, Translation3, Vector3};
 
-use super::emission::Covariance;
-use super::frames::{Frames, Residuals, mean_step};
+use super::covariance::Covariance;
+use super::emission::{Emission, Observation};
+use super::frames::Frames;
+use super::gripper::GripperEmission;
 use super::inference::Recursion;
+use super::model::Hmm;
+use super::parameters::{HmmError, HmmParameters};
+use super::residuals::{Residuals, mean_step};
 use super::transition::{farthest, last_start, proportions};
-use super::{Emission, GripperEmission, Hmm, HmmError, HmmParameters, Observation};
 use crate::demonstration::{Gripper, Pose};
 use crate::keyframe::pose::{MEAN_STEPS, MEAN_TOLERANCE, dominant_rotation, turn};
 use crate::vector::{LANES, fours_mut, sum};
@@ -23,7 +27,7 @@ const NEGLIGIBLE_SHARE: f64 = 1e-20;
 
 /// A fitted model and how it was reached.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fit {
+pub struct HmmFit {
     /// The model.
     pub hmm: Hmm,
     /// Re-estimations made.
@@ -43,7 +47,7 @@ pub struct Fit {
     pub occupancy: Vec<f64>,
 }
 
-impl Fit {
+impl HmmFit {
     /// Log likelihood of the sequences under the model.
     pub fn log_likelihood(&self) -> f64 {
         *self.log_likelihoods.last().expect("that of the start at least")
@@ -79,7 +83,7 @@ impl Hmm {
     /// # Errors
     /// Where there is no sequence, one has no frame, or a number is not finite; where `states` is 0 or a parameter is
     /// out of its range; where, with a floor of 0, a sequence is impossible.
-    pub fn fit(sequences: &[&[Observation]], states: usize, parameters: &HmmParameters) -> Result<Fit, HmmError> {
+    pub fn fit(sequences: &[&[Observation]], states: usize, parameters: &HmmParameters) -> Result<HmmFit, HmmError> {
         if states == 0 {
             return Err(HmmError::NoState);
         }
@@ -94,7 +98,7 @@ impl Hmm {
     ///
     /// # Errors
     /// As [`Hmm::fit`]; and [`HmmError::Topology`] where this model has transitions that the parameters do not allow.
-    pub fn refit(&self, sequences: &[&[Observation]], parameters: &HmmParameters) -> Result<Fit, HmmError> {
+    pub fn refit(&self, sequences: &[&[Observation]], parameters: &HmmParameters) -> Result<HmmFit, HmmError> {
         let k = self.states();
         if k == 0 {
             return Err(HmmError::NoState);
@@ -210,7 +214,7 @@ impl Workspace {
     }
 
     /// Climbs until the objective comes to rest.
-    fn climb(&mut self, mut hmm: Hmm, parameters: &HmmParameters) -> Result<Fit, HmmError> {
+    fn climb(&mut self, mut hmm: Hmm, parameters: &HmmParameters) -> Result<HmmFit, HmmError> {
         let moments = parameters.max_iterations.min(USUAL_ITERATIONS) + 1;
         let mut log_likelihoods = Vec::with_capacity(moments);
         let mut objectives: Vec<f64> = Vec::with_capacity(moments);
@@ -226,7 +230,7 @@ impl Workspace {
             if rests || iterations == parameters.max_iterations {
                 let of = |state| (0..self.frames.len()).map(|frame| self.recursion.occupancy(frame, state)).sum();
                 let occupancy = (0..hmm.states()).map(of).collect();
-                return Ok(Fit { hmm, iterations, converged: rests, log_likelihoods, objectives, occupancy });
+                return Ok(HmmFit { hmm, iterations, converged: rests, log_likelihoods, objectives, occupancy });
             }
             self.maximise::<true>(&mut hmm, parameters)?;
             iterations += 1;
@@ -237,7 +241,7 @@ impl Workspace {
     fn expect(&mut self, hmm: &Hmm) -> Result<f64, HmmError> {
         for (state, (emission, residuals)) in hmm.emissions.iter().zip(&self.residuals).enumerate() {
             let column = self.recursion.log_densities_mut().column_mut(state);
-            residuals.log_densities(emission, column);
+            residuals.log_densities(emission.gaussian(), column);
             emission.add_log_densities_of_commands(self.grippers.iter().copied(), column);
         }
         let log_likelihoods = self.recursion.expect(hmm);

@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
-use super::HmmParameters;
+use super::parameters::HmmParameters;
 use crate::demonstration::Gripper;
 use crate::random::standard_normal;
 

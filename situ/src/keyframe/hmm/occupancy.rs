@@ -1,6 +1,6 @@
 //! How long a model's sequences are, and where they spend their time.
 
-use super::Hmm;
+use super::model::Hmm;
 
 impl<E> Hmm<E> {
     /// Expected number of frames in each state, n = πᵀ (I − A)⁻¹, shape (K). Infinite throughout where some sequence

@@ -7,8 +7,9 @@
 
 use super::blocks::{Blocks, PANEL, add_transposed, scaled, times, times_each};
 use super::factor::Factor;
+use super::fitted::LogisticFit;
+use super::parameters::{LogisticError, LogisticParameters};
 use super::problem::{Problem, Slopes, along, product, search, steepest};
-use super::{LogisticError, LogisticFit, LogisticParameters};
 use crate::vector::{EIGHT, Four, Kernel, Wide, loops, sum, widest};
 
 /// Where the descent is. Vectors are padded.

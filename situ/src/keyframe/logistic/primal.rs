@@ -2,9 +2,10 @@
 
 use super::blocks::{Blocks, PANEL, add_transposed, times};
 use super::factor::Factor;
+use super::fitted::LogisticFit;
+use super::parameters::{LogisticError, LogisticParameters};
 use super::problem::{Problem, Slopes, along, product, search, steepest};
-use super::{LogisticError, LogisticFit, LogisticParameters, dot};
-use crate::vector::{EIGHT, Four, Kernel, Wide, widest};
+use crate::vector::{EIGHT, Four, Kernel, Wide, dot, widest};
 
 /// Where a step left at most this share of the gradient, the curvatures did not change much, and the next step takes
 /// them as they were: it leaves about twice the share, and costs a fraction. Not in the samples' dimension, where a

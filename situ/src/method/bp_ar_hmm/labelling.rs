@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use super::observation::{SIZE, observe};
 use super::parameters::BpArHmmParameters;
 use super::recording::Frame;
-use super::sampler::{Chain, State};
+use super::sampler::{Chain, ChainState};
 use crate::error::SituError;
 use crate::random::stream;
 
@@ -17,7 +17,7 @@ pub(super) struct Labelling {
     /// log p(X, z, F | α, κ, γ, c) of the state, for which it was kept.
     pub(super) log_joint: f64,
     /// The state.
-    pub(super) state: State<SIZE>,
+    pub(super) state: ChainState<SIZE>,
 }
 
 impl Labelling {

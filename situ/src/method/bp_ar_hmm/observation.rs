@@ -9,7 +9,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::recording::Frame;
-use super::sampler::{DynamicsPrior, GammaPrior, Prior, Sequence};
+use super::sampler::{DynamicsPrior, GammaPrior, LaggedSequence, Prior};
 use crate::demonstration::Pose;
 use crate::keyframe::pose::{karcher_mean, log};
 
@@ -28,7 +28,7 @@ const PRECISION: f64 = 0.5;
 const VAGUE: GammaPrior = GammaPrior { shape: 0.01, rate: 0.01 };
 
 /// The frames as the sampler takes them, each with the one before, and the priors that go with their scale.
-pub(super) fn observe(recordings: &[Vec<Frame>]) -> (Vec<Sequence<SIZE>>, Prior<SIZE>) {
+pub(super) fn observe(recordings: &[Vec<Frame>]) -> (Vec<LaggedSequence<SIZE>>, Prior<SIZE>) {
     let relative: Vec<Pose> = recordings.iter().flatten().map(|frame| frame.frozen.inv_mul(&frame.pose)).collect();
     let mean = karcher_mean(&relative, &vec![1.0; relative.len()]);
     let base = Pose::from_parts(nalgebra::Translation3::identity(), mean.rotation);
@@ -36,12 +36,12 @@ pub(super) fn observe(recordings: &[Vec<Frame>]) -> (Vec<Sequence<SIZE>>, Prior<
         let tangent = log(&base, &from.inv_mul(&frame.pose));
         SVector::<f64, SIZE>::from_fn(|axis, _| if axis < 6 { tangent[axis] } else { frame.opening })
     };
-    let mut sequences: Vec<Sequence<SIZE>> = Vec::with_capacity(recordings.len());
+    let mut sequences: Vec<LaggedSequence<SIZE>> = Vec::with_capacity(recordings.len());
     for frames in recordings {
         let current: Vec<_> = frames[1..].iter().map(|frame| seen(frame, &frame.frozen)).collect();
         let pairs = frames.windows(2).zip(&current);
         let lagged = pairs.map(|(pair, current)| near(seen(&pair[0], &pair[1].frozen), current)).collect();
-        sequences.push(Sequence { current, lagged });
+        sequences.push(LaggedSequence { current, lagged });
     }
     let deviations = covariance(&sequences).diagonal();
     let scales = SVector::<f64, SIZE>::from_fn(|axis, _| libm::sqrt(deviations[axis]).max(LEAST_DEVIATION[axis]));
@@ -71,7 +71,7 @@ fn near(mut value: SVector<f64, SIZE>, other: &SVector<f64, SIZE>) -> SVector<f6
 }
 
 /// The covariance of first differences, over all sequences.
-fn covariance(sequences: &[Sequence<SIZE>]) -> SMatrix<f64, SIZE, SIZE> {
+fn covariance(sequences: &[LaggedSequence<SIZE>]) -> SMatrix<f64, SIZE, SIZE> {
     let pairs = sequences.iter().flat_map(|sequence| sequence.current.iter().zip(&sequence.lagged));
     let (mut count, mut sum, mut squares) = (0.0, SVector::<f64, SIZE>::zeros(), SMatrix::zeros());
     for (current, lagged) in pairs {

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::frames::Frames;
 use super::parameters::ItmcdParameters;
-use super::starhmm::{END, Emission, Phase, Sequence, Starhmm, Step};
+use super::starhmm::{END, LinearGaussian, Phase, Starhmm, StarhmmSequence, StarhmmStep};
 use crate::demonstration::Segment;
 use crate::error::SituError;
 use crate::keyframe::learner::KeyframeLearner;
@@ -28,14 +28,18 @@ pub(super) fn problem(error: impl ToString) -> SituError {
 }
 
 /// An emission of the steps of one or more segments.
-pub(super) fn emission(steps: &[&Step], parameters: &ItmcdParameters) -> Result<Emission, SituError> {
+pub(super) fn emission(steps: &[&StarhmmStep], parameters: &ItmcdParameters) -> Result<LinearGaussian, SituError> {
     let samples: Vec<_> = steps.iter().map(|step| (1.0, &*step.regressors, &*step.target)).collect();
-    Emission::fit(&samples, parameters.fit.ridge, parameters.fit.floor)
+    LinearGaussian::fit(&samples, parameters.fit.ridge, parameters.fit.floor)
         .ok_or_else(|| problem("an emission cannot be fitted to a segment"))
 }
 
 /// The steps of each segment; `context` says what each is about.
-pub(super) fn steps(frames: &Frames, history: &History, context: impl Fn(usize, &Segment) -> usize) -> Vec<Vec<Step>> {
+pub(super) fn steps(
+    frames: &Frames,
+    history: &History,
+    context: impl Fn(usize, &Segment) -> usize,
+) -> Vec<Vec<StarhmmStep>> {
     let states = history.segments.iter().skip(1).map(|segment| &segment.start).chain([&history.final_state]);
     let segments = history.segments.iter().zip(states).enumerate();
     segments.map(|(index, (segment, after))| frames.steps(segment, context(index, segment), after)).collect()
@@ -49,14 +53,14 @@ impl Automaton {
         retired: &Retired,
         frames: &Frames,
         parameters: &ItmcdParameters,
-    ) -> Result<(Self, Vec<Sequence>), SituError> {
+    ) -> Result<(Self, Vec<StarhmmSequence>), SituError> {
         // A segment has its node's context, whatever its own last keyframe says: the history has placed it there.
         let mut contexts = BTreeMap::new();
         for (id, node) in task.nodes() {
             let first = node.policy_segments.first().ok_or(SituError::UnknownNode(id))?;
             contexts.insert(id, frames.context(task.segment(*first)));
         }
-        let mut all_steps: Vec<Vec<Vec<Step>>> = Vec::new();
+        let mut all_steps: Vec<Vec<Vec<StarhmmStep>>> = Vec::new();
         for history in task.histories() {
             let own = |index: usize, _: &Segment| history.nodes.get(index).and_then(|id| contexts.get(id)).copied();
             all_steps.push(steps(frames, history, |index, segment| own(index, segment).unwrap_or(usize::MAX)));
@@ -68,7 +72,7 @@ impl Automaton {
             let old = retired.get(&id).into_iter().flatten();
             let groups: Vec<&BTreeSet<SegmentId>> = old.chain([&node.policy_segments]).collect();
             for group in &groups {
-                let shown: Vec<&Step> = group
+                let shown: Vec<&StarhmmStep> = group
                     .iter()
                     .flat_map(|segment| &all_steps[segment.demonstration as usize][segment.index as usize])
                     .collect();
@@ -101,10 +105,10 @@ impl Automaton {
         for (from, to) in task.edges() {
             automaton.add_edge(from, to);
         }
-        let sequence = |(history, steps): (&History, Vec<Vec<Step>>)| {
+        let sequence = |(history, steps): (&History, Vec<Vec<StarhmmStep>>)| {
             let origin = history.after.and_then(|segment| task.node_of(segment)).and_then(|id| automaton.current(id));
             let entry_features = frames.entry_features(&history.segments[0].start);
-            Sequence { origin, entry_features, steps: steps.concat(), ends: history.carried_to_end }
+            StarhmmSequence { origin, entry_features, steps: steps.concat(), ends: history.carried_to_end }
         };
         let sequences = task.histories().iter().zip(all_steps).map(sequence).collect();
         Ok((automaton, sequences))
@@ -140,7 +144,7 @@ impl Automaton {
     }
 
     /// A phase for a node that is new, without edges.
-    pub(super) fn add_node(&mut self, id: NodeId, context: usize, emission: Emission) {
+    pub(super) fn add_node(&mut self, id: NodeId, context: usize, emission: LinearGaussian) {
         let phase = self.model.phases.len();
         let (exit, entry) = (self.model.exits.len(), self.model.entries.len());
         self.model.exits.push(vec![0.0; self.model.exits.first().map_or(0, Vec::len)]);
@@ -152,7 +156,7 @@ impl Automaton {
 
     /// A new version of a node, which alone runs in this sequence, and in no earlier one; it ends and is entered as the
     /// old one.
-    pub(super) fn add_version(&mut self, id: NodeId, emission: Emission, sequence: usize) {
+    pub(super) fn add_version(&mut self, id: NodeId, emission: LinearGaussian, sequence: usize) {
         let Some(old) = self.current(id) else { return };
         let new = self.model.phases.len();
         let mut phase = Phase { emission, ..self.model.phases[old].clone() };

@@ -6,7 +6,7 @@ use serde::{Serialize, Serializer};
 
 use super::automaton::{Automaton, emission};
 use super::parameters::ItmcdParameters;
-use super::starhmm::Step;
+use super::starhmm::StarhmmStep;
 use crate::edit::Edit;
 use crate::error::SituError;
 use crate::place::{NodeId, Place};
@@ -110,7 +110,7 @@ pub(super) fn apply(
     candidate: Candidate,
     last: Place,
     sequence: usize,
-    shown: &[Vec<Step>],
+    shown: &[Vec<StarhmmStep>],
     parameters: &ItmcdParameters,
 ) -> Result<Automaton, SituError> {
     let mut edited = automaton.clone();

@@ -17,7 +17,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::parameters::{ItmcdParameters, Lag};
-use super::starhmm::Step;
+use super::starhmm::StarhmmStep;
 use crate::demonstration::{Gripper, Pose, Segment, State};
 use crate::keyframe::interpolate::resample;
 
@@ -86,7 +86,7 @@ impl Frames {
 
     /// The steps of a segment as one of this context; `after` is the state that it reached. Its phase ends at the last
     /// alone, for the segmentation is known and an automaton runs whole primitives; φ is a constant.
-    pub(super) fn steps(&self, segment: &Segment, context: usize, after: &State) -> Vec<Step> {
+    pub(super) fn steps(&self, segment: &Segment, context: usize, after: &State) -> Vec<StarhmmStep> {
         let entry_features = self.entry_features(after);
         let last = self.points - 1;
         let mut before: Option<Vec<f64>> = None;
@@ -103,7 +103,7 @@ impl Frames {
                     regressors.extend(before.take().unwrap_or_else(|| vec![0.0; target.len()]));
                 }
                 before = Some(target.clone());
-                Step {
+                StarhmmStep {
                     context,
                     regressors,
                     target,

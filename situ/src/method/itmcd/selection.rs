@@ -10,7 +10,7 @@ use super::automaton::{Automaton, problem};
 use super::candidate::{Candidate, all, apply};
 use super::criterion::{akaike_weights, corrected_akaike};
 use super::parameters::ItmcdParameters;
-use super::starhmm::{Fit, Sequence, Starhmm, Step};
+use super::starhmm::{Starhmm, StarhmmFit, StarhmmSequence, StarhmmStep};
 use crate::error::SituError;
 use crate::place::{NodeId, Place};
 use crate::trace::Counters;
@@ -20,7 +20,7 @@ const MARGIN: f64 = 1e-6;
 
 /// What a candidate was found to be worth.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Evaluation {
+pub struct CandidateEvaluation {
     /// The edit.
     pub candidate: Candidate,
     /// k, the free parameters of the whole model.
@@ -43,7 +43,7 @@ pub struct Round {
     /// Candidates that do not make as much possible: they are not fitted.
     pub impossible: usize,
     /// The others, in order.
-    pub evaluations: Vec<Evaluation>,
+    pub evaluations: Vec<CandidateEvaluation>,
     /// The winner; `None` where every one is refused.
     pub chosen: Option<Candidate>,
 }
@@ -55,7 +55,7 @@ pub(super) struct Shown {
     /// ψ of its first state.
     pub(super) entry_features: Vec<f64>,
     /// The steps of each segment.
-    pub(super) segments: Vec<Vec<Step>>,
+    pub(super) segments: Vec<Vec<StarhmmStep>>,
     /// Whether it was carried on to the end.
     pub(super) ends: bool,
     /// Places that can come after a segment, the most plausible first, one list a segment.
@@ -78,7 +78,7 @@ impl Plan {
 /// Searches. `next` is the id of the first node that is added; `sequences` are those of the histories.
 pub(super) fn select(
     mut automaton: Automaton,
-    mut sequences: Vec<Sequence>,
+    mut sequences: Vec<StarhmmSequence>,
     shown: &Shown,
     mut next: NodeId,
     parameters: &ItmcdParameters,
@@ -111,7 +111,7 @@ pub(super) fn select(
         }
         built.retain(|(.., own)| *own == reach);
         sequences.truncate(own);
-        sequences.push(Sequence {
+        sequences.push(StarhmmSequence {
             origin,
             entry_features: shown.entry_features.clone(),
             steps: shown.segments[..reach.min(contexts.len())].concat(),
@@ -150,10 +150,10 @@ pub(super) fn select(
 /// A model fitted to these sequences, the work counted.
 fn fitted(
     model: Starhmm,
-    sequences: &[Sequence],
+    sequences: &[StarhmmSequence],
     parameters: &ItmcdParameters,
     counters: &mut Counters,
-) -> Result<Fit, SituError> {
+) -> Result<StarhmmFit, SituError> {
     let fit = model.fit(sequences, &parameters.fit).map_err(problem)?;
     let steps: usize = sequences.iter().map(|sequence| sequence.steps.len()).sum();
     counters.hmm_fits += 1;
@@ -167,14 +167,20 @@ fn fitted(
 fn evaluate(
     candidate: Candidate,
     edited: &mut Automaton,
-    sequences: &[Sequence],
+    sequences: &[StarhmmSequence],
     parameters: &ItmcdParameters,
     counters: &mut Counters,
-) -> Result<Evaluation, SituError> {
+) -> Result<CandidateEvaluation, SituError> {
     let k = edited.model.free_parameters();
     let n = sequences.iter().flat_map(|sequence| &sequence.steps).map(|step| step.target.len()).sum();
-    let mut evaluation =
-        Evaluation { candidate, parameters: k, observations: n, log_likelihood: None, criterion: None, weight: 0.0 };
+    let mut evaluation = CandidateEvaluation {
+        candidate,
+        parameters: k,
+        observations: n,
+        log_likelihood: None,
+        criterion: None,
+        weight: 0.0,
+    };
     if corrected_akaike(0.0, k, n).is_some() {
         let fit = fitted(edited.model.clone(), sequences, parameters, counters)?;
         evaluation.log_likelihood = Some(fit.log_likelihood());
@@ -188,8 +194,8 @@ fn evaluate(
 fn placed(
     automaton: &Automaton,
     index: usize,
-    sequence: &Sequence,
-    segments: &[Vec<Step>],
+    sequence: &StarhmmSequence,
+    segments: &[Vec<StarhmmStep>],
 ) -> Result<Vec<NodeId>, SituError> {
     let path = automaton.model.most_probable_path(index, sequence).map_err(problem)?;
     let mut firsts = segments.iter().scan(0, |next, steps| Some(std::mem::replace(next, *next + steps.len())));

@@ -2,10 +2,9 @@
 
 use core::ops::Range;
 
-use super::Cells;
-
-use super::super::Hmm;
+use super::cells::Cells;
 use super::wide::Wide;
+use crate::keyframe::hmm::model::Hmm;
 
 /// A chain, and the variables of the recursions over one sequence.
 pub(super) struct GeneralChain {

@@ -1,7 +1,7 @@
 //! The recursions of a left-to-right model, in plain numbers, over some sequences at once: every state stays, goes to
 //! the next, or past it.
 
-use super::super::Hmm;
+use crate::keyframe::hmm::model::Hmm;
 use crate::vector::{Four, Kernel, LANES, Wide};
 
 /// The farthest that a state goes on: past the next one.

@@ -5,12 +5,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use rand::Rng;
 use serde::Serialize;
 
+use super::dynamics::{Dynamics, Statistics};
+use super::moves::Moves;
+use super::prior::Prior;
+use super::sequence::LaggedSequence;
 use super::weights::{Weights, prior_shape};
-use super::{Dynamics, Moves, Prior, Sequence, Statistics};
 
 /// What the sampler holds of one sequence.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Row {
+pub struct SequenceState {
     /// f_i: the behaviours of the sequence, by name; at least one, each once.
     pub active: Vec<usize>,
     /// η, in the order of `active`.
@@ -21,11 +24,11 @@ pub struct Row {
 
 /// Everything that is sampled.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct State<const D: usize> {
+pub struct ChainState<const D: usize> {
     /// θ by the behaviour's name: of every behaviour that some sequence has, and no other.
     pub dynamics: BTreeMap<usize, Dynamics<D>>,
     /// One a sequence.
-    pub rows: Vec<Row>,
+    pub rows: Vec<SequenceState>,
     /// α.
     pub alpha: f64,
     /// κ.
@@ -36,13 +39,13 @@ pub struct State<const D: usize> {
     pub c: f64,
 }
 
-/// A Markov chain whose stationary distribution is the posterior of [`State`] given sequences.
+/// A Markov chain whose stationary distribution is the posterior of [`ChainState`] given sequences.
 #[derive(Clone, Debug)]
 pub struct Chain<const D: usize> {
     pub(super) prior: Prior<D>,
     pub(super) moves: Moves,
-    pub(super) sequences: Vec<Sequence<D>>,
-    pub(super) state: State<D>,
+    pub(super) sequences: Vec<LaggedSequence<D>>,
+    pub(super) state: ChainState<D>,
     /// A name that no behaviour has had.
     pub(super) fresh: usize,
 }
@@ -57,11 +60,11 @@ impl<const D: usize> Chain<D> {
     pub fn new(
         prior: Prior<D>,
         moves: Moves,
-        sequences: Vec<Sequence<D>>,
+        sequences: Vec<LaggedSequence<D>>,
         unique: usize,
         rng: &mut impl Rng,
     ) -> Option<Self> {
-        if sequences.iter().any(Sequence::is_empty) {
+        if sequences.iter().any(LaggedSequence::is_empty) {
             return None;
         }
         let [alpha, kappa, gamma, c] = START;
@@ -71,10 +74,10 @@ impl<const D: usize> Chain<D> {
             let parts = unique.clamp(1, sequence.len());
             let states = (0..sequence.len()).map(|frame| fresh + frame * parts / sequence.len()).collect();
             let weights = Weights::from_prior(parts, alpha, kappa, rng);
-            rows.push(Row { active: (fresh..fresh + parts).collect(), weights, states });
+            rows.push(SequenceState { active: (fresh..fresh + parts).collect(), weights, states });
             fresh += parts;
         }
-        let state = State { dynamics: BTreeMap::new(), rows, alpha, kappa, gamma, c };
+        let state = ChainState { dynamics: BTreeMap::new(), rows, alpha, kappa, gamma, c };
         let mut chain = Self { prior, moves, sequences, state, fresh };
         chain.draw_weights(rng);
         chain.draw_dynamics(rng)?;
@@ -83,45 +86,28 @@ impl<const D: usize> Chain<D> {
 
     /// A chain in a given state, which must fit the sequences: a row each, of as many states as frames, all of them
     /// active and with dynamics. For tests of the sampler.
-    pub fn at(prior: Prior<D>, moves: Moves, sequences: Vec<Sequence<D>>, state: State<D>) -> Self {
+    pub fn at(prior: Prior<D>, moves: Moves, sequences: Vec<LaggedSequence<D>>, state: ChainState<D>) -> Self {
         let fresh = state.dynamics.keys().last().map_or(0, |name| name + 1);
         Self { prior, moves, sequences, state, fresh }
     }
 
     /// The state.
-    pub fn state(&self) -> &State<D> {
+    pub fn state(&self) -> &ChainState<D> {
         &self.state
     }
 
     /// The sequences.
-    pub fn sequences(&self) -> &[Sequence<D>] {
+    pub fn sequences(&self) -> &[LaggedSequence<D>] {
         &self.sequences
     }
 
     /// Other frames for the same state, as many in each sequence: for tests of the sampler.
-    pub fn observe(&mut self, sequences: Vec<Sequence<D>>) {
+    pub fn observe(&mut self, sequences: Vec<LaggedSequence<D>>) {
         self.sequences = sequences;
     }
 
-    /// One sweep: features and states of each sequence, split–merge moves, transitions, dynamics, α and κ, γ and c.
-    /// `None` where rounding leaves a matrix that is not positive definite.
-    pub fn sweep(&mut self, rng: &mut impl Rng) -> Option<()> {
-        for index in 0..self.sequences.len() {
-            self.update_sequence(index, rng)?;
-        }
-        for _ in 0..self.moves.split_merges {
-            self.split_or_merge(rng)?;
-        }
-        // Split and merge integrate η and θ out: both are drawn anew, all of them, before they are used.
-        self.draw_weights(rng);
-        self.draw_dynamics(rng)?;
-        self.update_stickiness(rng);
-        self.update_beta_process(rng);
-        Some(())
-    }
-
     /// η of every sequence given z.
-    fn draw_weights(&mut self, rng: &mut impl Rng) {
+    pub(super) fn draw_weights(&mut self, rng: &mut impl Rng) {
         let (alpha, kappa) = (self.state.alpha, self.state.kappa);
         for row in &mut self.state.rows {
             let counts = transitions(&row.active, &row.states);
@@ -130,7 +116,7 @@ impl<const D: usize> Chain<D> {
     }
 
     /// θ of every behaviour given z.
-    fn draw_dynamics(&mut self, rng: &mut impl Rng) -> Option<()> {
+    pub(super) fn draw_dynamics(&mut self, rng: &mut impl Rng) -> Option<()> {
         let mut statistics = self.statistics();
         let names: BTreeSet<usize> = self.state.rows.iter().flat_map(|row| row.active.iter().copied()).collect();
         self.state.dynamics.clear();

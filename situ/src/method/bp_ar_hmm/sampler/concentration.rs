@@ -2,8 +2,9 @@
 
 use rand::Rng;
 
+use super::chain::Chain;
 use super::draw::{accepts, gamma, log_gamma_density};
-use super::{Chain, GammaPrior};
+use super::prior::GammaPrior;
 
 /// Variance of the random walk of α and of c, which are about 1.
 const NARROW: f64 = 1.0;

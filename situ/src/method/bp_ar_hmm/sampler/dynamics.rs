@@ -118,7 +118,7 @@ impl<const D: usize> Dynamics<D> {
 
 /// The posterior of θ given frames, of the prior's form. With no frame it is the prior.
 #[derive(Clone, Debug)]
-pub struct Posterior<const D: usize> {
+pub struct DynamicsPosterior<const D: usize> {
     /// S_xy S_yy⁻¹, the mean of A.
     pub mean: SMatrix<f64, D, D>,
     /// S = S₀ + S_xx − A S_xyᵀ.
@@ -133,13 +133,19 @@ pub struct Posterior<const D: usize> {
 
 impl<const D: usize> DynamicsPrior<D> {
     /// The posterior given frames; `None` where rounding leaves a matrix that is not positive definite.
-    pub fn posterior(&self, statistics: &Statistics<D>) -> Option<Posterior<D>> {
+    pub fn posterior(&self, statistics: &Statistics<D>) -> Option<DynamicsPosterior<D>> {
         let precision_factor = cholesky(&(statistics.lagged + self.precision))?;
         let inverse = inverse_lower(&precision_factor);
         let half = statistics.cross * inverse.transpose();
         let scale = self.scale + statistics.current - half * half.transpose();
         let freedom = self.freedom + statistics.frames;
-        Some(Posterior { mean: half * inverse, scale, freedom, scale_factor: cholesky(&scale)?, precision_factor })
+        Some(DynamicsPosterior {
+            mean: half * inverse,
+            scale,
+            freedom,
+            scale_factor: cholesky(&scale)?,
+            precision_factor,
+        })
     }
 
     /// log p(X | Y), θ integrated out.
@@ -149,7 +155,7 @@ impl<const D: usize> DynamicsPrior<D> {
     }
 }
 
-impl<const D: usize> Posterior<D> {
+impl<const D: usize> DynamicsPosterior<D> {
     /// D/2 log |S_yy| + ν/2 log |S| − log Γ_D(ν/2).
     fn log_normaliser(&self) -> f64 {
         0.5 * D as f64 * log_determinant(&self.precision_factor)

@@ -4,8 +4,11 @@ use std::collections::BTreeMap;
 
 use rand::{Rng, RngExt};
 
+use super::chain::Chain;
 use super::draw::accepts;
-use super::{Chain, Dynamics, Posterior, Statistics, Weights, backward_sample, log_forward, log_forward_of_weights};
+use super::dynamics::{Dynamics, DynamicsPosterior, Statistics};
+use super::states::{backward_sample, log_forward, log_forward_of_weights};
+use super::weights::Weights;
 
 /// The behaviours of a sequence with what the forward pass makes of them.
 struct Proposal {
@@ -194,7 +197,11 @@ impl<const D: usize> Chain<D> {
 }
 
 /// log q(θ) − log p(θ), q being half the posterior given the window and half the prior.
-fn log_birth_excess<const D: usize>(dynamics: &Dynamics<D>, given: &Posterior<D>, prior: &Posterior<D>) -> f64 {
+fn log_birth_excess<const D: usize>(
+    dynamics: &Dynamics<D>,
+    given: &DynamicsPosterior<D>,
+    prior: &DynamicsPosterior<D>,
+) -> f64 {
     let apart = given.log_density(dynamics) - prior.log_density(dynamics);
     // log (½ e^apart + ½), from the greater of the two.
     apart.max(0.0) + libm::log1p(libm::exp(-apart.abs())) - core::f64::consts::LN_2

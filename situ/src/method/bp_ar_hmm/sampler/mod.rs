@@ -21,89 +21,18 @@ mod draw;
 mod dynamics;
 mod features;
 mod linear;
+mod moves;
+mod prior;
+mod sequence;
 mod split_merge;
 mod states;
+mod sweep;
 mod weights;
 
-pub use chain::{Chain, Row, State};
-pub use dynamics::{Dynamics, DynamicsPrior, Posterior, Statistics};
+pub use chain::{Chain, ChainState, SequenceState};
+pub use dynamics::{Dynamics, DynamicsPosterior, DynamicsPrior, Statistics};
+pub use moves::Moves;
+pub use prior::{GammaPrior, Prior};
+pub use sequence::LaggedSequence;
 pub use states::{backward_sample, log_forward, log_forward_of_weights};
 pub use weights::Weights;
-
-use nalgebra::SVector;
-
-/// A gamma prior, the mean being `shape` / `rate`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GammaPrior {
-    /// Above 0.
-    pub shape: f64,
-    /// Above 0.
-    pub rate: f64,
-}
-
-/// The priors of the model.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Prior<const D: usize> {
-    /// Of the dynamics.
-    pub dynamics: DynamicsPrior<D>,
-    /// Of α, what every transition weighs.
-    pub alpha: GammaPrior,
-    /// Of κ, what a self-transition weighs besides.
-    pub kappa: GammaPrior,
-    /// Of γ, the mass of the beta process.
-    pub gamma: GammaPrior,
-    /// Of c, its concentration.
-    pub c: GammaPrior,
-}
-
-/// How the sampler moves. None of it changes what is sampled.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Moves {
-    /// Birth or death moves a sequence and sweep.
-    pub births: usize,
-    /// The shortest and the longest window of a data-driven birth, frames; both are cut to the sequence.
-    pub window: (usize, usize),
-    /// Split–merge moves a sweep.
-    pub split_merges: usize,
-    /// Random-walk moves of each of α, κ and c a sweep.
-    pub inner: usize,
-}
-
-impl Default for Moves {
-    /// Windows of 15 to 100 frames, 5 split–merge trials and 20 inner iterations are Fox's and Hughes's. Ten births or
-    /// deaths are ours: a recording has many short behaviours, and with three a chain of 300 sweeps was further from
-    /// the best states.
-    fn default() -> Self {
-        Self { births: 10, window: (15, 100), split_merges: 5, inner: 20 }
-    }
-}
-
-/// The frames of one sequence: at least one, each with the frame before it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Sequence<const D: usize> {
-    /// x_t.
-    pub current: Vec<SVector<f64, D>>,
-    /// y_t, as many.
-    pub lagged: Vec<SVector<f64, D>>,
-}
-
-impl<const D: usize> Sequence<D> {
-    /// Frames.
-    pub fn len(&self) -> usize {
-        self.current.len()
-    }
-
-    /// Whether there is no frame.
-    pub fn is_empty(&self) -> bool {
-        self.current.is_empty()
-    }
-
-    /// What the frames for which `belongs` say.
-    pub(super) fn statistics(&self, belongs: impl Fn(usize) -> bool) -> Statistics<D> {
-        let mut statistics = Statistics::default();
-        for frame in (0..self.len()).filter(|frame| belongs(*frame)) {
-            statistics.add(&self.current[frame], &self.lagged[frame], 1.0);
-        }
-        statistics
-    }
-}

@@ -9,10 +9,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rand::{Rng, RngExt};
 
-use super::chain::log_states;
+use super::chain::{Chain, log_states};
 use super::draw::{accepts, categorical};
+use super::dynamics::{Dynamics, Statistics};
+use super::sequence::LaggedSequence;
 use super::states::{backward_sample, log_forward};
-use super::{Chain, Dynamics, Sequence, Statistics};
 
 /// What a split does to one sequence.
 #[derive(Clone)]
@@ -178,7 +179,7 @@ impl<const D: usize> Chain<D> {
     /// the last open frame.
     fn choice(
         &self,
-        sequence: &Sequence<D>,
+        sequence: &LaggedSequence<D>,
         has: [bool; 2],
         rest: usize,
         is_open: &[bool],

@@ -1,6 +1,6 @@
 //! A small dense Cholesky factorisation of any size, its sums in a fixed order.
 
-use crate::keyframe::logistic::dot;
+use crate::vector::dot;
 
 /// Factors a symmetric positive definite matrix (row-major, n × n, lower triangle read) in place into L, L Lᵀ = m.
 /// False, with the matrix spoilt, where it is not positive definite.

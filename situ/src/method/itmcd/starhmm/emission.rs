@@ -1,7 +1,7 @@
 //! The linear Gaussian emission of a phase.
 
 use super::cholesky;
-use crate::keyframe::logistic::dot;
+use crate::vector::dot;
 
 /// log 2π.
 const LOG_TWO_PI: f64 = 1.837_877_066_409_345_3;
@@ -10,7 +10,7 @@ const LEAST_WEIGHT: f64 = 1e-9;
 
 /// y | x ~ N(W x, Σ).
 #[derive(Clone, Debug, PartialEq)]
-pub struct Emission {
+pub struct LinearGaussian {
     /// W, row-major, shape (d, m).
     weights: Vec<f64>,
     /// Σ, row-major, shape (d, d).
@@ -25,7 +25,7 @@ pub struct Emission {
 /// One weighted sample: weight, x and y.
 pub(crate) type Sample<'a> = (f64, &'a [f64], &'a [f64]);
 
-impl Emission {
+impl LinearGaussian {
     /// An emission of this W, row-major, shape (d, m), and Σ, row-major, shape (d, d); `None` where the shapes do not
     /// fit or Σ is not positive definite.
     pub fn new(weights: Vec<f64>, covariance: Vec<f64>, inputs: usize) -> Option<Self> {

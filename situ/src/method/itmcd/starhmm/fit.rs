@@ -4,8 +4,11 @@
 //! left alone. Ridge and floor keep the numbers bounded, but a step that they make lower is not taken, so the
 //! log-likelihood itself never falls.
 
+use super::error::StarhmmError;
+use super::inference::Posterior;
+use super::model::Starhmm;
+use super::sequence::StarhmmSequence;
 use super::switch::{Choice, Exit, improve_entries, improve_exit};
-use super::{Posterior, Sequence, Starhmm, StarhmmError};
 
 /// What [`Starhmm::fit`] depends on beside the data.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,7 +27,7 @@ pub struct FitParameters {
 
 /// A fitted model.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fit {
+pub struct StarhmmFit {
     /// The model.
     pub model: Starhmm,
     /// The log-likelihood of all sequences at the start and after each iteration, nats.
@@ -33,7 +36,7 @@ pub struct Fit {
     pub logistic_steps: usize,
 }
 
-impl Fit {
+impl StarhmmFit {
     /// The log-likelihood of the fitted model, nats.
     pub fn log_likelihood(&self) -> f64 {
         self.log_likelihoods.last().copied().unwrap_or(f64::NEG_INFINITY)
@@ -51,7 +54,11 @@ impl Starhmm {
     ///
     /// # Errors
     /// Where shapes do not fit, or a sequence is impossible under the structure.
-    pub fn fit(mut self, sequences: &[Sequence], parameters: &FitParameters) -> Result<Fit, StarhmmError> {
+    pub fn fit(
+        mut self,
+        sequences: &[StarhmmSequence],
+        parameters: &FitParameters,
+    ) -> Result<StarhmmFit, StarhmmError> {
         self.check(sequences)?;
         let (mut log_likelihoods, mut logistic_steps) = (Vec::new(), 0);
         loop {
@@ -64,14 +71,19 @@ impl Starhmm {
             let gain = log_likelihoods.last().map_or(f64::INFINITY, |before| now - before);
             log_likelihoods.push(now);
             if gain < parameters.tolerance || log_likelihoods.len() > parameters.max_iterations {
-                return Ok(Fit { model: self, log_likelihoods, logistic_steps });
+                return Ok(StarhmmFit { model: self, log_likelihoods, logistic_steps });
             }
             logistic_steps += self.maximise(sequences, &posteriors, parameters);
         }
     }
 
     /// One M-step; the Newton steps that it made.
-    fn maximise(&mut self, sequences: &[Sequence], posteriors: &[Posterior], parameters: &FitParameters) -> usize {
+    fn maximise(
+        &mut self,
+        sequences: &[StarhmmSequence],
+        posteriors: &[Posterior],
+        parameters: &FitParameters,
+    ) -> usize {
         for (index, phase) in self.phases.iter_mut().enumerate() {
             let mut samples = Vec::new();
             for (sequence, posterior) in sequences.iter().zip(posteriors) {

@@ -1,8 +1,10 @@
 //! Forward, backward and the most probable path, in log space.
 
-use super::{END, Sequence, Starhmm, StarhmmError, log_sigmoid};
-use crate::keyframe::hmm::log_sum_exp;
-use crate::keyframe::logistic::dot;
+use super::error::StarhmmError;
+use super::logarithms::{log_sigmoid, log_sum_exp};
+use super::model::{END, Starhmm};
+use super::sequence::StarhmmSequence;
+use crate::vector::dot;
 
 /// What the steps of a sequence say about its phases.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,7 +43,7 @@ struct Tables {
 }
 
 impl Starhmm {
-    fn tables(&self, index: usize, sequence: &Sequence) -> Tables {
+    fn tables(&self, index: usize, sequence: &StarhmmSequence) -> Tables {
         let can = |phase: usize, context: usize| {
             self.phases[phase].context == context && !self.phases[phase].absent.contains(&index)
         };
@@ -98,17 +100,21 @@ impl Starhmm {
     }
 
     /// Forward and backward: α_1(j) = η_origin,j f_j(y_1); α_{t+1}(j) = Σ_i α_t(i) T_t(i, j) f_j(y_{t+1}); β_T(i) = 1,
-    /// or τ_i η_i,END where the sequence ends. `index` is the sequence's, which [`super::Phase::absent`] refers to. O(T
+    /// or τ_i η_i,END where the sequence ends. `index` is the sequence's, which [`super::model::Phase::absent`] refers to. O(T
     /// · edges).
     ///
     /// # Errors
     /// Where shapes do not fit, or no path of phases makes the sequence.
-    pub fn posterior(&self, index: usize, sequence: &Sequence) -> Result<Posterior, StarhmmError> {
+    pub fn posterior(&self, index: usize, sequence: &StarhmmSequence) -> Result<Posterior, StarhmmError> {
         self.check(std::slice::from_ref(sequence))?;
         self.posterior_unchecked(index, sequence)
     }
 
-    pub(super) fn posterior_unchecked(&self, index: usize, sequence: &Sequence) -> Result<Posterior, StarhmmError> {
+    pub(super) fn posterior_unchecked(
+        &self,
+        index: usize,
+        sequence: &StarhmmSequence,
+    ) -> Result<Posterior, StarhmmError> {
         let tables = self.tables(index, sequence);
         let (steps, phases) = (sequence.steps.len(), self.phases.len());
         let mut backward = vec![vec![f64::NEG_INFINITY; phases]; steps];
@@ -173,7 +179,7 @@ impl Starhmm {
     ///
     /// # Errors
     /// As [`Starhmm::posterior`].
-    pub fn most_probable_path(&self, index: usize, sequence: &Sequence) -> Result<Vec<usize>, StarhmmError> {
+    pub fn most_probable_path(&self, index: usize, sequence: &StarhmmSequence) -> Result<Vec<usize>, StarhmmError> {
         self.check(std::slice::from_ref(sequence))?;
         let tables = self.tables(index, sequence);
         let (steps, phases) = (sequence.steps.len(), self.phases.len());

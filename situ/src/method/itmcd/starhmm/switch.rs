@@ -1,9 +1,8 @@
 //! The M-steps of termination and entry: logistic regressions with soft labels, never allowed to lower what EM climbs.
 
 use super::cholesky;
-use super::log_sigmoid;
-use crate::keyframe::hmm::log_sum_exp;
-use crate::keyframe::logistic::dot;
+use super::logarithms::{log_sigmoid, log_sum_exp};
+use crate::vector::dot;
 
 /// Newton steps an M-step: EM comes back, so a few that improve are as good as a minimum.
 const NEWTON_STEPS: usize = 2;

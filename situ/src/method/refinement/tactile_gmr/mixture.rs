@@ -39,7 +39,7 @@ impl<const D: usize> Serialize for Mixture<D> {
 
 /// The prior of each covariance: as if so many points had these deviations, independent.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Prior<const D: usize> {
+pub struct CovariancePrior<const D: usize> {
     /// Standard deviations, one a dimension, above 0.
     pub deviations: [f64; D],
     /// Weight in points, above 0.
@@ -48,7 +48,7 @@ pub struct Prior<const D: usize> {
 
 /// What a fit gives.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fit<const D: usize> {
+pub struct MixtureFit<const D: usize> {
     /// The mixture.
     pub mixture: Mixture<D>,
     /// What is maximised, before each re-estimation and after the last:
@@ -70,8 +70,8 @@ pub fn fit<const D: usize>(
     weights: &[f64],
     labels: &[usize],
     components: usize,
-    prior: &Prior<D>,
-) -> Result<Fit<D>, SituError> {
+    prior: &CovariancePrior<D>,
+) -> Result<MixtureFit<D>, SituError> {
     let total: f64 = weights.iter().sum();
     let alike = points.len() == weights.len() && points.len() == labels.len();
     let finite = points.iter().flatten().chain([&total]).all(|value| value.is_finite());
@@ -92,7 +92,7 @@ pub fn fit<const D: usize>(
         objective.push(value);
         let done = before.is_some_and(|before| value - before <= TOLERANCE * value.abs());
         if done || objective.len() > MOST_ITERATIONS {
-            return Ok(Fit { mixture, objective });
+            return Ok(MixtureFit { mixture, objective });
         }
     }
 }
@@ -102,7 +102,7 @@ fn maximise<const D: usize>(
     points: &[[f64; D]],
     shares: &[Vec<f64>],
     total: f64,
-    prior: &Prior<D>,
+    prior: &CovariancePrior<D>,
     before: &Mixture<D>,
 ) -> Mixture<D> {
     let component = |(k, shares): (usize, &Vec<f64>)| {
@@ -138,7 +138,7 @@ fn expect<const D: usize>(
     points: &[[f64; D]],
     weights: &[f64],
     mixture: &Mixture<D>,
-    prior: &Prior<D>,
+    prior: &CovariancePrior<D>,
     shares: &mut [Vec<f64>],
 ) -> Result<f64, SituError> {
     let factors = factors(mixture)?;

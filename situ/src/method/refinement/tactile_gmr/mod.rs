@@ -29,7 +29,7 @@ use serde::Serialize;
 
 pub use points::{DIMENSIONS, Point};
 
-use self::mixture::{Mixture, Prior, fit, regress};
+use self::mixture::{CovariancePrior, Mixture, fit, regress};
 use super::alignment::Stop;
 use super::refine::{Refine, Refined};
 use crate::demonstration::{Pose, RelativeKeyframe, Segment};
@@ -43,7 +43,7 @@ use crate::trace::Counters;
 pub const CORRECTED_WEIGHT: f64 = 9.0;
 /// Prior standard deviations: phase; contact, which is 0 or 1; metres; radians (1°). Small against a leg, so that the
 /// regression is the leg's.
-const PRIOR: Prior<DIMENSIONS> = Prior {
+const PRIOR: CovariancePrior<DIMENSIONS> = CovariancePrior {
     deviations: [0.01, 0.05, 0.003, 0.003, 0.003, 0.0175, 0.0175, 0.0175],
     // One point: as little as keeps a covariance regular.
     weight: 1.0,

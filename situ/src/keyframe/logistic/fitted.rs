@@ -1,0 +1,40 @@
+//! A fitted regression.
+
+use serde::{Deserialize, Serialize};
+
+use crate::vector::dot;
+
+/// A fitted regression.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LogisticFit {
+    /// Weight of each feature, shape (d).
+    pub weights: Vec<f64>,
+    /// The intercept.
+    pub intercept: f64,
+    /// Newton steps made.
+    pub iterations: usize,
+    /// Whether the gradient came under the tolerance before the steps ran out.
+    pub converged: bool,
+}
+
+impl LogisticFit {
+    /// The log odds of `true` at a row, shape (d).
+    pub fn log_odds(&self, row: &[f64]) -> f64 {
+        self.intercept + dot(&self.weights, row)
+    }
+
+    /// The probability of `true` at a row, shape (d).
+    pub fn probability(&self, row: &[f64]) -> f64 {
+        sigmoid(self.log_odds(row))
+    }
+}
+
+/// 1/(1 + e^−z), without overflow.
+fn sigmoid(z: f64) -> f64 {
+    if z >= 0.0 {
+        1.0 / (1.0 + libm::exp(-z))
+    } else {
+        let odds = libm::exp(z);
+        odds / (1.0 + odds)
+    }
+}
