@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::check::within;
 use crate::error::SimError;
-use crate::object::{Interior, within};
+use crate::interior::Interior;
 
 /// Distance between the centres of beads laid out, in radii: just apart, so that nothing is pressed together.
 const SPACING: f64 = 2.1;

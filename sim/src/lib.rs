@@ -7,10 +7,11 @@
 //! All public poses are [`Pose`]: metres, world frame, z up, the table's top at z = 0.
 //!
 //! ```
-//! use situ_sim::{Gripper, MotionEnd, Object, Pose, World};
+//! use situ_sim::{Block, Gripper, MotionEnd, Pose, World};
 //!
 //! let mut world = World::new();
-//! world.add(Object::block("cube", [0.02; 3], 1000.0, 0.6), Pose::translation(0.1, 0.0, 0.02))?;
+//! let cube = Block { half: [0.02; 3], density: 1000.0, friction: 0.6 };
+//! world.add(cube.object("cube"), Pose::translation(0.1, 0.0, 0.02))?;
 //! world.place_gripper(Pose::translation(0.1, 0.0, 0.15), 0.065);
 //! assert_eq!(world.move_hand(Pose::translation(0.1, 0.0, 0.028), &mut |_| {}), MotionEnd::Reached);
 //! world.command(Gripper::Close(20.0));
@@ -24,39 +25,44 @@
 mod arm;
 mod beads;
 mod camera;
+mod check;
+mod convex;
 mod error;
 mod film;
 mod frame;
-mod furniture;
 mod hand;
 mod image;
+mod interior;
 mod magnet;
 mod object;
 mod overlap;
+mod part;
 mod perception;
 mod planner;
 mod push;
 mod ray;
 mod route;
+mod shape;
 mod slide;
 mod snapshot;
-mod vessel;
 mod world;
 
 pub use arm::{ArmModel, Configuration, JOINTS, Joint};
 pub use beads::Beads;
 pub use camera::Camera;
+pub use convex::Convex;
 pub use error::SimError;
 pub use film::Film;
 pub use frame::{Pose, pose_at, rotation_about};
-pub use furniture::{Cabinet, Drawer};
 pub use hand::{Gripper, MAX_OPENING, MAX_SQUEEZE};
 pub use image::Image;
+pub use interior::Interior;
 pub use magnet::Magnet;
-pub use object::{Interior, Motion, Object, Part, Shape};
+pub use object::{Motion, Object, Outline};
 pub use overlap::Overlap;
+pub use part::Part;
 pub use planner::{ABORT_FORCE, GUARD_FORCE, Guard, MAX_SPEED, MAX_TURN, MotionEnd};
+pub use shape::*;
 pub use slide::Slide;
 pub use snapshot::Snapshot;
-pub use vessel::{Bin, Cover, Cup, Handle, Lid};
 pub use world::{ARM, DT, HAND, TABLE, World};

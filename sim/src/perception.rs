@@ -11,9 +11,6 @@ use crate::hand::Gripper;
 use crate::object::Object;
 use crate::world::{ARM, DT, Entry, HAND, TABLE, Tag, World};
 
-/// An object whose origin is this much above the rim still counts as inside, metres: a block on top of another in a bin.
-const ABOVE_RIM: f64 = 0.02;
-
 /// A finger squeezes if its normal force points within 45° of the other finger: the cosine.
 const SQUEEZE_PART: f64 = core::f64::consts::FRAC_1_SQRT_2;
 
@@ -147,18 +144,6 @@ impl World {
         let inverse = self.pose(container)?.inverse();
         let inside = |center: &[f64; 3]| interior.contains((inverse * Point3::from(*center)).coords.into(), 0.0);
         Some(self.beads().iter().filter(|center| inside(center)).count())
-    }
-
-    /// Whether the object's origin is inside the container, up to 2 cm above its rim. False if one of them does not exist, or the second is no container.
-    pub fn inside(&self, object: &str, container: &str) -> bool {
-        let interior = self.object(container).and_then(|c| c.container);
-        match (interior, self.pose(object), self.pose(container)) {
-            (Some(interior), Some(object), Some(container)) => interior.contains(
-                container.inverse_transform_point(&object.translation.vector.into()).coords.into(),
-                ABOVE_RIM,
-            ),
-            _ => false,
-        }
     }
 
     /// Whether two things touch. `table`, `hand` and `arm` are names, too.

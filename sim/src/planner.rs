@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::arm::plan::Unplanned;
+use crate::check::{check_pose, within};
 use crate::error::SimError;
 use crate::frame::Pose;
-use crate::object::{check_pose, within};
 use crate::world::{DT, HAND, World, steps_in};
 
 /// The hand's largest speed in m/s.

@@ -4,9 +4,10 @@ use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 use rapier3d::prelude::{GenericJoint, GenericJointBuilder, JointAxesMask, JointAxis, MotorModel, PhysicsWorld};
 use serde::{Deserialize, Serialize};
 
+use crate::check::within;
 use crate::error::SimError;
 use crate::frame::{Pose, from_engine, to_engine};
-use crate::object::{Motion, within};
+use crate::object::Motion;
 use crate::world::{Entry, World};
 
 /// The longest travel of a slide in metres.

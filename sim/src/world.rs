@@ -12,11 +12,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::arm::Arm;
 use crate::beads::Beads;
+use crate::check::{check_pose, within};
 use crate::error::SimError;
 use crate::frame::{self, Pose, from_engine, to_engine, to_engine_vector};
 use crate::hand::{Gripper, Hand};
 use crate::magnet::{Bond, Magnet};
-use crate::object::{Motion, Object, check_pose, within};
+use crate::object::{Motion, Object};
 use crate::planner::Guard;
 use crate::push::Push;
 use crate::route::Place;

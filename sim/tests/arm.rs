@@ -4,13 +4,13 @@ mod common;
 
 use std::sync::Arc;
 
-use common::{apart, bits, pitched, standing};
+use common::{apart, bits, block, pitched, standing};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use situ_sim::{
-    ARM, ArmModel, Beads, DT, Gripper, HAND, JOINTS, MAX_SPEED, MAX_TURN, MotionEnd, Object, Snapshot, TABLE, World,
-    pose_at, rotation_about,
+    ARM, ArmModel, Beads, DT, Gripper, HAND, JOINTS, MAX_SPEED, MAX_TURN, MotionEnd, Snapshot, TABLE, World, pose_at,
+    rotation_about,
 };
 
 /// The file that comes with the program.
@@ -165,7 +165,7 @@ fn the_hand_goes_as_it_would_alone_and_the_arm_with_it() {
 /// A beam over the table in the way of the links, high above the hand's own way.
 fn beam(world: &mut World, half: [f64; 3], at: [f64; 3]) {
     let [x, y, z] = at;
-    world.add(Object::block("beam", half, 1000.0, 0.5).fixed(), standing(x, y, z, 0.0)).unwrap();
+    world.add(block("beam", half, 1000.0, 0.5).fixed(), standing(x, y, z, 0.0)).unwrap();
 }
 
 #[test]
@@ -211,7 +211,7 @@ fn what_cannot_be_reached_or_planned_has_that_name_and_moves_nothing() {
 #[test]
 fn what_is_held_is_no_obstacle_and_goes_along() {
     let mut world = ready();
-    world.add(Object::block("cube", [0.02; 3], 1000.0, 0.6), standing(-0.1, 0.05, 0.02, 0.4)).unwrap();
+    world.add(block("cube", [0.02; 3], 1000.0, 0.6), standing(-0.1, 0.05, 0.02, 0.4)).unwrap();
     let frame = world.pose("cube").unwrap();
     for (z, gripper) in [(0.13, Some(Gripper::Open(0.08))), (0.012, Some(Gripper::Close(30.0))), (0.15, None)] {
         let end = common::keyframe(&mut world, &frame, pitched(0.0, z - 0.02, 0.0), gripper, 0.0, &mut |_| {});
@@ -229,7 +229,7 @@ fn what_is_held_is_held_on_every_way() {
     let (mut ways, mut straight) = (0, 0);
     for _ in 0..12 {
         let mut world = ready();
-        world.add(Object::block("cube", [0.02; 3], 1000.0, 0.6), standing(-0.1, 0.05, 0.02, 0.4)).unwrap();
+        world.add(block("cube", [0.02; 3], 1000.0, 0.6), standing(-0.1, 0.05, 0.02, 0.4)).unwrap();
         let frame = world.pose("cube").unwrap();
         for (z, gripper) in [(0.13, Some(Gripper::Open(0.08))), (0.012, Some(Gripper::Close(30.0))), (0.15, None)] {
             common::keyframe(&mut world, &frame, pitched(0.0, z - 0.02, 0.0), gripper, 0.0, &mut |_| {});

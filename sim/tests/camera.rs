@@ -2,8 +2,8 @@
 
 mod common;
 
-use common::standing;
-use situ_sim::{Beads, Camera, Cup, Film, Image, Object, SimError, World};
+use common::{BOWL, block, standing};
+use situ_sim::{Beads, Camera, Film, Image, SimError, World};
 
 /// Whether a pixel is a shade of a colour: the same proportions, neither black nor brighter.
 fn is_shade(pixel: [u8; 3], color: [u8; 3]) -> bool {
@@ -19,9 +19,9 @@ fn from_above() -> Camera {
 fn scene() -> World {
     let mut world = World::new();
     world.place_gripper(standing(-1.0, 0.0, 0.3, 0.0), 0.05);
-    let cube = Object::block("cube", [0.03; 3], 1000.0, 0.5).with_color([200, 40, 60]);
+    let cube = block("cube", [0.03; 3], 1000.0, 0.5).with_color([200, 40, 60]);
     world.add(cube, standing(0.15, 0.10, 0.03, 0.0)).unwrap();
-    world.add(Object::cup("bowl", &Cup::BOWL, None).with_color([60, 180, 40]), standing(-0.15, 0.0, 0.0, 0.0)).unwrap();
+    world.add(BOWL.object("bowl").with_color([60, 180, 40]), standing(-0.15, 0.0, 0.0, 0.0)).unwrap();
     world
 }
 
@@ -134,7 +134,7 @@ fn a_camera_set_up_around_boxes_sees_them_all_and_is_as_near_as_that_allows() {
         let mut seen = 0;
         for corner in 0..8 {
             let [x, y, z] = [0, 1, 2].map(|axis| bounds[(corner >> axis) & 1][axis]);
-            let cube = Object::block(format!("cube {corner}"), [0.004; 3], 1000.0, 0.5).with_color([250, 0, 0]);
+            let cube = block(format!("cube {corner}"), [0.004; 3], 1000.0, 0.5).with_color([250, 0, 0]);
             let mut world = world.clone();
             world.add(cube, standing(x, y, z.max(0.004), 0.0)).unwrap();
             let image = camera.render(&world, width, height);

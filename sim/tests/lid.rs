@@ -2,8 +2,8 @@
 
 mod common;
 
-use common::{close_pitcher, grasp, keyframe, pouring, standing, tilt};
-use situ_sim::{Beads, Cup, Gripper, Lid, MotionEnd, Object, Pose, World};
+use common::{JUG, LID, close_pitcher, grasp, keyframe, pouring, standing, tilt};
+use situ_sim::{Beads, Gripper, MotionEnd, Pose, World};
 
 fn scene() -> World {
     pouring(&Beads::new(60), standing(-0.16, 0.0, 0.0, 0.0), standing(0.16, 0.0, 0.0, 0.0))
@@ -22,8 +22,8 @@ fn a_magnetic_lid_keeps_the_beads() {
 
     // The same without a magnet: the lid falls off and the beads with it, so it is the magnet that holds.
     let mut loose = scene();
-    let seat = loose.pose("pitcher").unwrap() * Pose::translation(0.0, 0.0, Cup::PITCHER.height);
-    loose.add(Object::lid("lid", &Lid::PITCHER), seat).unwrap();
+    let seat = loose.pose("pitcher").unwrap() * Pose::translation(0.0, 0.0, JUG.height);
+    loose.add(LID.object("lid"), seat).unwrap();
     loose.settle(0.3);
     grasp(&mut loose, quiet);
     tilt(&mut loose, quiet);

@@ -2,8 +2,8 @@
 
 mod common;
 
-use common::{pitched, standing};
-use situ_sim::{ABORT_FORCE, Bin, DT, GUARD_FORCE, MAX_SPEED, MAX_TURN, MotionEnd, Object, Pose, World};
+use common::{block, pitched, standing};
+use situ_sim::{ABORT_FORCE, Bin, DT, GUARD_FORCE, MAX_SPEED, MAX_TURN, MotionEnd, Pose, World};
 
 #[test]
 fn a_free_motion_arrives_within_its_limits() {
@@ -41,12 +41,12 @@ fn drive_into(world: &mut World, target: Pose) -> (MotionEnd, f64) {
 
 #[test]
 fn the_guard_backs_off_from_a_wall() {
-    let bin = Bin { inner_x: 0.14, inner_y: 0.14, height: 0.06, wall: 0.005, density: 1000.0, friction: 0.4 };
+    let bin = Bin { inner: [0.14; 2], height: 0.06, wall: 0.005, density: 1000.0, friction: 0.4 };
     let mut on_wall = World::new();
-    on_wall.add(Object::bin("bin", &bin), Pose::identity()).unwrap();
+    on_wall.add(bin.object("bin"), Pose::identity()).unwrap();
     on_wall.place_gripper(standing(0.0725, 0.0, 0.15, 0.0), 0.06);
     let mut on_post = World::new();
-    let post = Object::block("post", [0.02, 0.02, 0.1], 1000.0, 0.5).fixed();
+    let post = block("post", [0.02, 0.02, 0.1], 1000.0, 0.5).fixed();
     on_post.add(post, standing(0.1, 0.03, 0.1, 0.0)).unwrap();
     on_post.place_gripper(standing(0.0, 0.0, 0.1, 0.0), 0.06);
     // A keyframe 3 mm too low, where the hand is already slow.

@@ -2,8 +2,8 @@
 
 mod common;
 
-use common::{bits, pitched, standing};
-use situ_sim::{Gripper, Guard, MotionEnd, Object, Pose, SimError, Slide, Snapshot, World};
+use common::{bits, block, pitched, standing};
+use situ_sim::{Gripper, Guard, MotionEnd, Pose, SimError, Slide, Snapshot, World};
 
 const TRAVEL: f64 = 0.15;
 
@@ -11,8 +11,8 @@ const TRAVEL: f64 = 0.15;
 fn scene(yaw: f64, slide: Slide) -> World {
     let mut world = World::new();
     world.set_solver_iterations(16);
-    world.add(Object::block("case", [0.1, 0.08, 0.04], 1000.0, 0.5).fixed(), standing(0.1, 0.0, 0.04, yaw)).unwrap();
-    let fin = Object::block("fin", [0.03, 0.006, 0.02], 1000.0, 0.8);
+    world.add(block("case", [0.1, 0.08, 0.04], 1000.0, 0.5).fixed(), standing(0.1, 0.0, 0.04, yaw)).unwrap();
+    let fin = block("fin", [0.03, 0.006, 0.02], 1000.0, 0.8);
     world.add(fin, world.pose("case").unwrap() * Pose::translation(-0.14, 0.0, 0.02)).unwrap();
     world.slide(&slide).unwrap();
     world
@@ -77,8 +77,8 @@ fn friction_holds_against_less_and_lets_go_for_more_than_its_force() {
     // A weight of 0.063 kg (0.615 N) on a vertical slide.
     for (friction, falls) in [(0.50, true), (0.58, true), (0.65, false), (0.80, false)] {
         let mut world = World::new();
-        world.add(Object::block("post", [0.02, 0.02, 0.3], 1000.0, 0.5).fixed(), standing(0.0, 0.0, 0.3, 0.0)).unwrap();
-        let weight = Object::block("weight", [0.02, 0.02, 0.0196], 1000.0, 0.5);
+        world.add(block("post", [0.02, 0.02, 0.3], 1000.0, 0.5).fixed(), standing(0.0, 0.0, 0.3, 0.0)).unwrap();
+        let weight = block("weight", [0.02, 0.02, 0.0196], 1000.0, 0.5);
         world.add(weight, standing(0.05, 0.0, 0.4, 0.0)).unwrap();
         let (parent, child, axis) = ("post".to_owned(), "weight".to_owned(), [0.0, 0.0, -1.0]);
         let slide = Slide { parent, child, axis, travel: 0.3, value: 0.0, friction, damping: 0.0, spring: 0.0 };
@@ -147,8 +147,8 @@ fn the_guard_is_what_it_was_set_to() {
 #[test]
 fn impossible_slides_and_guards_are_refused() {
     let mut world = World::new();
-    world.add(Object::block("case", [0.1; 3], 1000.0, 0.5).fixed(), standing(0.1, 0.0, 0.1, 0.0)).unwrap();
-    world.add(Object::block("fin", [0.02; 3], 1000.0, 0.5), standing(-0.1, 0.0, 0.1, 0.0)).unwrap();
+    world.add(block("case", [0.1; 3], 1000.0, 0.5).fixed(), standing(0.1, 0.0, 0.1, 0.0)).unwrap();
+    world.add(block("fin", [0.02; 3], 1000.0, 0.5), standing(-0.1, 0.0, 0.1, 0.0)).unwrap();
     let before = bits(&world);
     for wrong in [
         Slide { axis: [0.0; 3], ..slide(1.0) },

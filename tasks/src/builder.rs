@@ -17,7 +17,6 @@ use crate::plant::Plant;
 use crate::predicate::{GRIPPER, Predicate, Role};
 use crate::sequence::Sequence;
 use crate::setting::{Edit, Event, HandStart, Setting};
-use crate::shape;
 use crate::start::BORDER;
 
 /// Names that mean something else where objects and skills are named.
@@ -135,7 +134,7 @@ impl<'a> Builder<'a> {
         let beads = variation.and_then(|v| v.beads.as_ref()).or(file.beads.as_ref());
         let joint_files = self.merged_joints(&patch)?;
         let names = self.names(&objects, joint_files.iter().map(|(_, joint)| *joint), beads.is_some());
-        let (placed, sizes) = self.objects(&objects)?;
+        let placed = self.objects(&objects)?;
         let mut joints = Vec::new();
         for (key, joint) in joint_files {
             joints.push(self.joint(&key, joint, &placed, &names)?);
@@ -197,7 +196,6 @@ impl<'a> Builder<'a> {
             plant: Plant::default(),
             solver_iterations: file.solver_iterations,
             hand: HandStart { at: file.gripper.at, open: file.gripper.open },
-            sizes,
         };
         if let Some((key, variation)) = &patch {
             self.check_edit(key, variation, &setting)?;
@@ -289,10 +287,7 @@ impl<'a> Builder<'a> {
         joints: impl IntoIterator<Item = &'j JointFile>,
         beads: bool,
     ) -> Names {
-        let objects = objects.iter().map(|(_, object)| {
-            let (body, _) = shape::body(object);
-            (object.name.clone(), body.container.is_some())
-        });
+        let objects = objects.iter().map(|(_, file)| (file.name.clone(), object::body(file).container.is_some()));
         let sliding = joints.into_iter().map(|joint| joint.object.clone());
         Names { objects: objects.collect(), sliding: sliding.collect(), beads }
     }

@@ -3,6 +3,7 @@
 //! Unknown keys are refused everywhere. Metres, radians, seconds, newtons, kg/m³.
 
 use serde::Deserialize;
+use situ_sim::Shape;
 
 use crate::setting::{Edit, Moment};
 
@@ -124,7 +125,7 @@ pub(crate) struct BeadsFile {
 #[serde(deny_unknown_fields)]
 pub(crate) struct ObjectFile {
     pub(crate) name: String,
-    pub(crate) shape: ShapeFile,
+    pub(crate) shape: Shape,
     #[serde(default)]
     pub(crate) fixed: bool,
     pub(crate) color: Option<[u8; 3]>,
@@ -143,98 +144,6 @@ pub(crate) struct StartFile {
     #[serde(default)]
     pub(crate) yaw: [f64; 2],
     pub(crate) apart: Option<f64>,
-}
-
-/// The kinds of objects, with their dimensions.
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub(crate) enum ShapeFile {
-    Block {
-        half: [f64; 3],
-        density: f64,
-        friction: f64,
-    },
-    Cylinder {
-        radius: f64,
-        height: f64,
-        density: f64,
-        friction: f64,
-    },
-    Ball {
-        radius: f64,
-        density: f64,
-        friction: f64,
-    },
-    Cup {
-        inner_radius: f64,
-        height: f64,
-        wall: f64,
-        #[serde(default)]
-        flare: f64,
-        density: f64,
-        friction: f64,
-        sides: u32,
-        handle: Option<HandleFile>,
-    },
-    Bin {
-        inner: [f64; 2],
-        height: f64,
-        wall: f64,
-        density: f64,
-        friction: f64,
-    },
-    Lid {
-        flange_radius: f64,
-        flange_thickness: f64,
-        plug_radius: f64,
-        plug_depth: f64,
-        knob: [f64; 3],
-        density: f64,
-        friction: f64,
-    },
-    Cover {
-        half: [f64; 2],
-        thickness: f64,
-        knob: [f64; 3],
-        density: f64,
-        friction: f64,
-    },
-    Mat {
-        half: [f64; 2],
-    },
-    Cabinet {
-        size: [f64; 3],
-        base: f64,
-        wall: f64,
-        density: f64,
-        friction: f64,
-    },
-    Drawer {
-        inner: [f64; 2],
-        height: f64,
-        wall: f64,
-        panel: [f64; 3],
-        fin: [f64; 3],
-        fin_z: f64,
-        density: f64,
-        friction: f64,
-    },
-    Housing {
-        half: [f64; 3],
-        density: f64,
-        friction: f64,
-    },
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct HandleFile {
-    pub(crate) center: [f64; 3],
-    pub(crate) half: [f64; 3],
-    pub(crate) struts: Vec<f64>,
-    pub(crate) strut_half: [f64; 2],
-    pub(crate) density: f64,
-    pub(crate) friction: f64,
 }
 
 #[derive(Debug, Deserialize)]

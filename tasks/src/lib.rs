@@ -17,8 +17,8 @@
 //!
 //! # The file
 //!
-//! Lengths are metres, angles radians, forces newtons, densities kg/m³. `[[object]]` has a `shape` (`block`, `cylinder`, `ball`, `cup`, `bin`,
-//! `lid`, `cover`, `mat`, `cabinet`, `drawer`, `housing`) and a `start` region; `[[joint]]` lets one object slide along another; `[beads]` fills a container; `[[magnet]]` holds a lid; `observe` lists what is seen;
+//! Lengths are metres, angles radians, forces newtons, densities kg/m³. `[[object]]` has a `shape` ([`situ_sim::Shape`]) and a
+//! `start` region; `[[joint]]` lets one object slide along another; `[beads]` fills a container; `[[magnet]]` holds a lid; `observe` lists what is seen;
 //! `[guard]` says at which forces a motion ends; `premise` and `goal` are conditions ([`Predicate`]); `[[skill]]` is one skill of the teacher's program; `[[event]]` happens once (`push` with
 //! `by`, or `drop`);
 //! `[[intervention]]` is a moment at which a watching teacher stops the robot. `[[variation]]` may hold all of these but `observe`: an object
@@ -40,7 +40,6 @@ mod registry;
 pub mod script;
 mod sequence;
 mod setting;
-mod shape;
 mod skill;
 mod start;
 mod task;
@@ -54,7 +53,6 @@ pub use predicate::{GRIPPER, HELD_FORCE, ON_SLACK, PRESSED_PART, Predicate, REST
 pub use registry::Registry;
 pub use sequence::Sequence;
 pub use setting::{Edit, Event, HandStart, Happening, Intervention, Moment, Placed, Setting, Start};
-pub use shape::{Size, Sizes};
 pub use skill::{Keyframe, Skill};
 pub use task::Task;
 pub use trial::{Attempt, Trial, trial};

@@ -3,10 +3,9 @@
 use std::fmt;
 
 use nalgebra::Vector3;
-use situ_sim::{Part, Shape, World};
+use situ_sim::{Convex, Part, World};
 
 use crate::expression::{Argument, Call};
-use crate::shape::Sizes;
 
 /// An object is held when both fingers press on it with at least this force, in newtons: an accidental touch of one finger is
 /// no grasp, and a grasp squeezes with 10 N or more.
@@ -111,22 +110,22 @@ impl Predicate {
         })
     }
 
-    /// Whether the condition holds in `world`. `sizes` are the outlines of its objects; an object that is not there fulfils nothing.
-    pub fn holds(&self, world: &World, sizes: &Sizes) -> bool {
-        self.measure(world, sizes).unwrap_or(false)
+    /// Whether the condition holds in `world`. An object that is not there fulfils nothing.
+    pub fn holds(&self, world: &World) -> bool {
+        self.measure(world).unwrap_or(false)
     }
 
     /// None where an object is not in the world.
-    fn measure(&self, world: &World, sizes: &Sizes) -> Option<bool> {
+    fn measure(&self, world: &World) -> Option<bool> {
         Some(match self {
             Predicate::Held(a) => is_held(world, a),
             Predicate::On(a, b) => {
                 let offset = world.pose(b)?.inverse() * world.pose(a)?;
-                let (place, size) = (offset.translation.vector, sizes.get(b)?);
+                let (place, base) = (offset.translation.vector, world.object(b)?);
                 world.touching(a, b)
-                    && place.z >= size.top - ON_SLACK
-                    && place.xy().norm() <= size.reach
-                    && is_within_rectangle(&world.object(b)?.parts, &place)
+                    && place.z >= base.outline.top - ON_SLACK
+                    && place.xy().norm() <= base.outline.reach
+                    && is_within_rectangle(&base.parts, &place)
             }
             Predicate::Inside(a, b) => {
                 let room = world.object(b)?.container?;
@@ -142,9 +141,9 @@ impl Predicate {
             }
             Predicate::Open(a, metres) => world.joint_value(a)? >= *metres,
             Predicate::Pressed(a) => world.joint_value(a)? >= PRESSED_PART * world.joint_travel(a)?,
-            Predicate::Not(p) => !p.holds(world, sizes),
-            Predicate::All(parts) => parts.iter().all(|p| p.holds(world, sizes)),
-            Predicate::Any(parts) => parts.iter().any(|p| p.holds(world, sizes)),
+            Predicate::Not(p) => !p.holds(world),
+            Predicate::All(parts) => parts.iter().all(|p| p.holds(world)),
+            Predicate::Any(parts) => parts.iter().any(|p| p.holds(world)),
         })
     }
 
@@ -235,10 +234,10 @@ fn half_extent(part: &Part, axis: usize) -> f64 {
     let turn = part.pose.rotation.to_rotation_matrix();
     let along = |half: [f64; 3]| (0..3).map(|k| turn[(axis, k)].abs() * half[k]).sum();
     match part.shape {
-        Shape::Cuboid { half } => along(half),
-        Shape::Ball { radius } => radius,
+        Convex::Cuboid { half } => along(half),
+        Convex::Ball { radius } => radius,
         // The box about it.
-        Shape::Cylinder { radius, half_height } | Shape::Prism { radius, half_height, .. } => {
+        Convex::Cylinder { radius, half_height } | Convex::Prism { radius, half_height, .. } => {
             along([radius, radius, half_height])
         }
     }

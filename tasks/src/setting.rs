@@ -6,7 +6,6 @@ use situ_sim::{Beads, Guard, Magnet, Object, Slide, World};
 use crate::feature::Schema;
 use crate::plant::Plant;
 use crate::predicate::Predicate;
-use crate::shape::Sizes;
 use crate::skill::Skill;
 
 /// The edit to a task model that a variation needs.
@@ -182,8 +181,6 @@ pub struct Setting {
     pub hand: HandStart,
     /// What carries it.
     pub plant: Plant,
-    /// The outlines of the objects.
-    pub sizes: Sizes,
 }
 
 impl Setting {
@@ -197,7 +194,7 @@ impl Setting {
 
     /// Whether a condition holds in a world of this setting.
     pub fn holds(&self, predicate: &Predicate, world: &World) -> bool {
-        predicate.holds(world, &self.sizes)
+        predicate.holds(world)
     }
 
     /// Whether the competent program performs a skill twice on end: an edge from it to itself is what the setting needs.

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use situ_sim::{ArmModel, Motion, Object, Part, Pose, Shape, SimError, World, pose_at, rotation_about};
+use situ_sim::{ArmModel, Convex, Object, Outline, Part, Pose, SimError, World, pose_at, rotation_about};
 
 use crate::error::TaskError;
 use crate::plant::Plant;
@@ -26,7 +26,7 @@ const PLANNER: &str = "the planner of the arm";
 
 /// A low wall all round. A spilled bead that rolled over the edge would fall for ever, and spoil the run as if the physics had failed.
 fn border() -> Object {
-    let wall = |half, x, y| Part::new(Shape::Cuboid { half }, Pose::translation(x, y, BORDER_HALF), 1000.0, 0.6);
+    let wall = |half, x, y| Part::new(Convex::Cuboid { half }, Pose::translation(x, y, BORDER_HALF), 1000.0, 0.6);
     let along = [BORDER_AT + BORDER_HALF, BORDER_HALF, BORDER_HALF];
     let across = [BORDER_HALF, BORDER_AT + BORDER_HALF, BORDER_HALF];
     let parts = vec![
@@ -35,7 +35,8 @@ fn border() -> Object {
         wall(across, BORDER_AT, 0.0),
         wall(across, -BORDER_AT, 0.0),
     ];
-    Object { name: BORDER.to_owned(), motion: Motion::Fixed, parts, color: [150, 120, 90], container: None }
+    let outline = Outline { top: 2.0 * BORDER_HALF, reach: std::f64::consts::SQRT_2 * (BORDER_AT + BORDER_HALF) };
+    Object::new(BORDER, parts, outline).fixed().with_color([150, 120, 90])
 }
 
 /// Things may start so deep inside each other, in metres: the lower corners of a bowl's leaning walls reach a millimetre below its base,

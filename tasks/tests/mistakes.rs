@@ -180,7 +180,7 @@ fn joints_and_guard() {
         knob,
         "knob = 3",
         "object[2].shape.drawer.knob",
-        "available keys: inner, height",
+        "unknown field `knob`, expected one of `inner`, `height`",
     );
     reports("base = 0.045", "base = -0.045", "object[1].shape.cabinet.base", "more than 0");
     // What the physics alone knows is reported, too.

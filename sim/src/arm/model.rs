@@ -7,9 +7,10 @@ use serde::{Deserialize, Serialize};
 use urdf_rs::{Geometry, JointType, Robot};
 
 use crate::arm::Configuration;
+use crate::convex::Convex;
 use crate::error::SimError;
 use crate::frame::{Pose, pose_at, rotation_about};
-use crate::object::{Part, Shape};
+use crate::part::Part;
 
 /// Joints of an arm: as many as a pose has numbers, and one to spare.
 pub const JOINTS: usize = 7;
@@ -154,9 +155,9 @@ fn shells_of(robot: &Robot, link: &str, at: &Pose) -> Result<Vec<Part>, SimError
     let found = found.ok_or_else(|| SimError::Arm { reason: format!("there is no link `{link}`") })?;
     let shell = |collision: &urdf_rs::Collision| {
         let shape = match &collision.geometry {
-            Geometry::Box { size } => Shape::Cuboid { half: size.0.map(|extent| 0.5 * extent) },
-            Geometry::Cylinder { radius, length } => Shape::Cylinder { radius: *radius, half_height: 0.5 * length },
-            Geometry::Sphere { radius } => Shape::Ball { radius: *radius },
+            Geometry::Box { size } => Convex::Cuboid { half: size.0.map(|extent| 0.5 * extent) },
+            Geometry::Cylinder { radius, length } => Convex::Cylinder { radius: *radius, half_height: 0.5 * length },
+            Geometry::Sphere { radius } => Convex::Ball { radius: *radius },
             other => {
                 let reason = format!("link `{link}`: a shell is {other:?}, expected a box, a cylinder or a sphere");
                 return Err(SimError::Arm { reason });

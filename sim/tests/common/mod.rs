@@ -1,10 +1,55 @@
 //! Scenes and hands for the tests: the pouring scene as measured, and keyframes relative to a frame.
 #![allow(dead_code)] // each test file uses its own part
 
-use situ_sim::{Beads, Cup, Gripper, Handle, Lid, Magnet, MotionEnd, Object, Pose, World, pose_at, rotation_about};
+use situ_sim::{
+    Beads, Block, Cup, Gripper, Handle, Lid, Magnet, Mat, MotionEnd, Object, Pose, World, pose_at, rotation_about,
+};
 
 /// Seconds that a gripper command takes.
 pub(crate) const GRIPPER_TIME: f64 = 0.5;
+
+/// The bowl: 6 cm high, radius 5.5 cm at the floor, leaning outwards.
+pub(crate) const BOWL: Cup = Cup {
+    inner_radius: 0.055,
+    height: 0.06,
+    wall: 0.005,
+    flare: 0.35,
+    density: 1500.0,
+    friction: 0.4,
+    sides: 16,
+    handle: None,
+};
+
+/// A pitcher without its handle: 10 cm high, inner radius 4 cm.
+pub(crate) const JUG: Cup = Cup { inner_radius: 0.04, height: 0.10, flare: 0.0, ..BOWL };
+
+/// The lid that fits [`JUG`] with 2 mm of clearance; 46 g.
+pub(crate) const LID: Lid = Lid {
+    flange_radius: 0.047,
+    flange_thickness: 0.004,
+    plug_radius: 0.038,
+    plug_depth: 0.012,
+    knob: [0.008, 0.007, 0.013],
+    density: 500.0,
+    friction: 0.4,
+};
+
+/// The handle of the pitcher: a bar 16 mm square and 7 cm long, 8 cm from the axis on the side of −x.
+pub(crate) fn handle() -> Handle {
+    Handle {
+        center: [-0.08, 0.0, 0.055],
+        half: [0.008, 0.008, 0.035],
+        struts: vec![0.085, 0.025],
+        strut_half: [0.006, 0.005],
+        density: 1500.0,
+        friction: 0.8,
+    }
+}
+
+/// A block.
+pub(crate) fn block(name: impl Into<String>, half: [f64; 3], density: f64, friction: f64) -> Object {
+    Block { half, density, friction }.object(name)
+}
 
 /// A pose at a place on the table, turned about the vertical.
 pub(crate) fn standing(x: f64, y: f64, z: f64, yaw: f64) -> Pose {
@@ -19,9 +64,9 @@ pub(crate) fn pitched(x: f64, z: f64, pitch: f64) -> Pose {
 /// Pitcher with beads near −x, bowl near +x, a mat under the pitcher, the hand above the middle.
 pub(crate) fn pouring(beads: &Beads, pitcher: Pose, bowl: Pose) -> World {
     let mut world = World::new();
-    world.add(Object::mat("mat", 0.06, 0.06), pitcher).unwrap();
-    world.add(Object::cup("pitcher", &Cup::PITCHER, Some(&Handle::default())), pitcher).unwrap();
-    world.add(Object::cup("bowl", &Cup::BOWL, None).with_color([150, 170, 110]), bowl).unwrap();
+    world.add(Mat { half: [0.06; 2] }.object("mat"), pitcher).unwrap();
+    world.add(Cup { handle: Some(handle()), ..JUG }.object("pitcher"), pitcher).unwrap();
+    world.add(BOWL.object("bowl").with_color([150, 170, 110]), bowl).unwrap();
     world.fill("pitcher", beads).unwrap();
     world.place_gripper(standing(0.0, 0.0, 0.30, 0.0), 0.06);
     world.settle(0.3);
@@ -30,9 +75,9 @@ pub(crate) fn pouring(beads: &Beads, pitcher: Pose, bowl: Pose) -> World {
 
 /// Puts the magnetic lid on the pitcher.
 pub(crate) fn close_pitcher(world: &mut World) {
-    let seat = Pose::translation(0.0, 0.0, Cup::PITCHER.height);
+    let seat = Pose::translation(0.0, 0.0, JUG.height);
     let pose = world.pose("pitcher").unwrap() * seat;
-    world.add(Object::lid("lid", &Lid::PITCHER), pose).unwrap();
+    world.add(LID.object("lid"), pose).unwrap();
     world.magnet(Magnet { a: "lid".into(), b: "pitcher".into(), seat, force: 2.0, range: 0.005 }).unwrap();
     world.settle(0.3);
 }

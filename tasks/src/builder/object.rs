@@ -1,43 +1,36 @@
 //! What is there, and where it starts: `[[object]]`, `[beads]` and `[[magnet]]`.
 
-use situ_sim::{Beads, Magnet, Pose, World, pose_at};
+use situ_sim::{Beads, Magnet, Object, Pose, World, pose_at};
 
 use super::{Builder, Located, Names};
 use crate::error::TaskError;
-use crate::file::{BeadsFile, MagnetFile, ObjectFile, ShapeFile, StartFile};
+use crate::file::{BeadsFile, MagnetFile, ObjectFile, StartFile};
 use crate::key::Key;
 use crate::predicate::Role;
 use crate::setting::{Placed, Setting, Start};
-use crate::shape::{self, Sizes};
 use crate::start;
 
-/// How many flat walls a cup may have: the physics builds no others.
-const SIDES: std::ops::RangeInclusive<u32> = 3..=64;
+/// The body of an object as the file describes it.
+pub(super) fn body(file: &ObjectFile) -> Object {
+    let body = file.shape.object(&file.name);
+    let body = if file.fixed { body.fixed() } else { body };
+    if let Some(color) = file.color { body.with_color(color) } else { body }
+}
 
 impl Builder<'_> {
-    pub(super) fn objects(&self, files: &Located<'_, ObjectFile>) -> Result<(Vec<Placed>, Sizes), TaskError> {
-        let (mut placed, mut sizes): (Vec<Placed>, Sizes) = (Vec::new(), Sizes::new());
+    pub(super) fn objects(&self, files: &Located<'_, ObjectFile>) -> Result<Vec<Placed>, TaskError> {
+        let mut placed = Vec::new();
         let mut world = World::new();
         for (key, object) in files {
-            for (key, value) in shape::positive_numbers(&object.shape, &key.field("shape")) {
-                self.check_positive(&key, value)?;
-            }
-            if let ShapeFile::Cup { sides, .. } = object.shape
-                && !SIDES.contains(&sides)
-            {
-                let key = key.field("shape").field("cup").field("sides");
-                return self.wrong(&key, format!("{sides}: expected {} to {} sides", SIDES.start(), SIDES.end()));
-            }
             let start = self.start(&key.field("start"), &object.start, &placed)?;
-            let (body, size) = shape::body(object);
+            let body = body(object);
             // The physics knows more rules than are worth repeating here, so it is asked.
             world
                 .add(body.clone(), Pose::identity())
                 .map_err(|e| self.document.error(&key.field("shape"), e.to_string()))?;
-            sizes.insert(object.name.clone(), size);
             placed.push(Placed { body, start });
         }
-        Ok((placed, sizes))
+        Ok(placed)
     }
 
     pub(super) fn start(&self, key: &Key, start: &StartFile, before: &[Placed]) -> Result<Start, TaskError> {

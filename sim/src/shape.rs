@@ -1,0 +1,80 @@
+//! The kinds of objects, with their dimensions: read as they stand in a task's file, and built from convex parts.
+//!
+//! Metres, radians, kg/m³. A new kind is a file below this one, and a variant here.
+
+mod bin;
+mod block;
+mod cabinet;
+mod cover;
+mod cup;
+mod cylinder;
+mod drawer;
+mod housing;
+mod lid;
+mod mat;
+mod number;
+mod sphere;
+
+use serde::Deserialize;
+
+pub use bin::Bin;
+pub use block::Block;
+pub use cabinet::Cabinet;
+pub use cover::Cover;
+pub use cup::{Cup, Handle};
+pub use cylinder::Cylinder;
+pub use drawer::Drawer;
+pub use housing::Housing;
+pub use lid::Lid;
+pub use mat::Mat;
+pub use sphere::Sphere;
+
+use crate::object::Object;
+
+/// The kind of an object with its dimensions. A file names it by its variant in small letters: `shape.block = { half = [0.02, 0.02, 0.02],
+/// density = 1000, friction = 0.6 }`. Unknown keys are refused, and so are dimensions and densities that are not more than 0.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Shape {
+    /// A cuboid.
+    Block(Block),
+    /// A cylinder that stands upright.
+    Cylinder(Cylinder),
+    /// A ball.
+    Ball(Sphere),
+    /// A round container, with or without a handle.
+    Cup(Cup),
+    /// An open box.
+    Bin(Bin),
+    /// What closes a cup.
+    Lid(Lid),
+    /// A flat plate with a knob.
+    Cover(Cover),
+    /// A mark on the table.
+    Mat(Mat),
+    /// What a drawer slides in.
+    Cabinet(Cabinet),
+    /// What slides in a cabinet.
+    Drawer(Drawer),
+    /// What a button slides in.
+    Housing(Housing),
+}
+
+impl Shape {
+    /// The object of this kind and this name.
+    pub fn object(&self, name: impl Into<String>) -> Object {
+        match self {
+            Shape::Block(shape) => shape.object(name),
+            Shape::Cylinder(shape) => shape.object(name),
+            Shape::Ball(shape) => shape.object(name),
+            Shape::Cup(shape) => shape.object(name),
+            Shape::Bin(shape) => shape.object(name),
+            Shape::Lid(shape) => shape.object(name),
+            Shape::Cover(shape) => shape.object(name),
+            Shape::Mat(shape) => shape.object(name),
+            Shape::Cabinet(shape) => shape.object(name),
+            Shape::Drawer(shape) => shape.object(name),
+            Shape::Housing(shape) => shape.object(name),
+        }
+    }
+}
