@@ -1,4 +1,4 @@
-//! No result depends on the processor's vectors: fits, regressions and scans have the same bits without them.
+//! No result depends on the vectors of the processor: fits, regressions and scans have the same bits without them.
 
 use core::fmt::Debug;
 
@@ -14,7 +14,7 @@ use crate::primitive::Ball;
 use crate::task_model::screen::Screen;
 use crate::vector::PLAINLY;
 
-/// What something computes with the processor's vectors, and that it computes the same bits without.
+/// Computes something with the processor's vectors, and checks that it has the same bits without them.
 fn either_way<T: Debug + PartialEq>(compute: impl Fn() -> T) -> T {
     let found = compute();
     PLAINLY.set(true);
@@ -29,7 +29,7 @@ fn no_result_depends_on_the_vectors() {
     let mut rng = ChaCha8Rng::seed_from_u64(9);
     let mut draw = move |spread: f64| spread * (rng.random::<f64>() - 0.5);
     for case in 0..40 {
-        // Rotations near one another, and as far as they can be.
+        // Rotations near one another, and as far apart as they can be.
         let spread = [0.2, 1.0, 3.0, 6.0][case % 4];
         let sequences: Vec<Vec<Observation>> = (0..1 + case % 6)
             .map(|sequence| {

@@ -1,9 +1,9 @@
-//! Kernels on the widest vectors of the processor, with the same bits on any.
+//! Kernels on the widest vectors of the processor, with the same bits on any processor.
 //!
-//! A processor's vectors are known at run time alone. `widest` runs a `Kernel` that was compiled for each kind, and
-//! what it computes is the same on all: nothing here fuses a product with a sum, and a sum has a fixed number of
-//! running sums, joined in a fixed order. A kernel has its numbers in fours (`Four`); or it is of plain loops over
-//! eights, which the compiler turns into vector instructions (`loops!`).
+//! The vectors of a processor are only known at run time. `widest` runs a `Kernel` that was compiled for each kind of
+//! vectors. The result is the same on all: no product is fused with a sum, and a sum has a fixed number of running
+//! sums, which are joined in a fixed order. There are two ways to write a kernel: with its numbers in fours (`Four`),
+//! or as plain loops over eights, which the compiler turns into vector instructions (`loops!`).
 
 mod exponential;
 mod four;
@@ -20,14 +20,15 @@ use pulp::Scalar256b;
 #[cfg(target_arch = "x86_64")]
 use pulp::{NullaryFnOnce, x86::V3};
 
-/// Numbers that plain loops go through at once.
+/// The numbers that plain loops process at once.
 pub(crate) const EIGHT: usize = 8;
 
-/// Loops to be run, with what they run over.
+/// Loops to be run, and their data.
 pub(crate) trait Kernel {
     type Output;
 
-    /// To be marked `#[inline(always)]`, as everything that it calls: what is a function of its own has narrow vectors.
+    /// Runs the loops. Mark it `#[inline(always)]`, and everything that it calls: a function that is not inlined has
+    /// narrow vectors.
     fn run<S: Wide>(self, simd: S) -> Self::Output;
 }
 
@@ -47,8 +48,8 @@ impl<K: Kernel> NullaryFnOnce for Call<K> {
 #[cfg(target_arch = "x86_64")]
 static AVX2: LazyLock<Option<V3>> = LazyLock::new(V3::try_new);
 
-/// What the kernels run on here: `avx2`, or `baseline` for what every processor of the target has. No result depends on
-/// it, but the number of instructions does.
+/// The vectors that the kernels run on here: `avx2`, or `baseline` for what every processor of the target has. No
+/// result depends on it, only the number of instructions.
 pub fn kind() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     if AVX2.is_some() {
@@ -89,8 +90,8 @@ impl<A, R, K: Fn(A) -> R> Kernel for Plain<K, A> {
     }
 }
 
-/// [`widest`] of a function of plain loops, marked `#[inline(always)]`. A function handed over as a value would be
-/// called through a shim that was compiled for any processor: hence a macro.
+/// [`widest`] of a function of plain loops, which is marked `#[inline(always)]`. It is a macro, because a function that
+/// is passed as a value would be called through a shim that is compiled for any processor.
 macro_rules! loops {
     ($kernel:path, $arguments:expr) => {
         $crate::vector::widest($crate::vector::Plain(
@@ -102,13 +103,13 @@ macro_rules! loops {
 }
 pub(crate) use loops;
 
-/// The fours of a column that is filled up to them.
+/// The fours of a column that is padded to whole fours.
 #[inline(always)]
 pub(crate) fn fours(column: &[f64]) -> &[[f64; LANES]] {
     column.as_chunks().0
 }
 
-/// [`fours`], to be written.
+/// The same fours, to be written.
 #[inline(always)]
 pub(crate) fn fours_mut(column: &mut [f64]) -> &mut [[f64; LANES]] {
     column.as_chunks_mut().0
@@ -121,7 +122,7 @@ pub(crate) fn joined(sums: [f64; EIGHT]) -> f64 {
     ((a + e) + (c + g)) + ((b + f) + (d + h))
 }
 
-/// The sum of a column in fours.
+/// The sum of a column that is padded to whole fours.
 pub(crate) fn sum(column: &[f64]) -> f64 {
     let mut sums = [0.0; LANES];
     for four in fours(column) {
@@ -133,8 +134,8 @@ pub(crate) fn sum(column: &[f64]) -> f64 {
     (a + c) + (b + d)
 }
 
-/// Σ l_i r_i: four running sums, joined in a fixed order: the same bits on every machine, and open to vector
-/// instructions.
+/// Σ l_i r_i in four running sums, which are joined in a fixed order. So it has the same bits on every machine, and the
+/// compiler can use vectors.
 pub(crate) fn dot(left: &[f64], right: &[f64]) -> f64 {
     let mut lanes = [0.0; 4];
     let (left_lanes, right_lanes) = (left.chunks_exact(4), right.chunks_exact(4));

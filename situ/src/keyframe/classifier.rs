@@ -14,28 +14,28 @@ use crate::primitive::{Ball, Initiation};
 pub struct KeyframeClassifier {
     pub(super) lift: Lift,
     pub(super) fit: LogisticFit,
-    /// Mean of the scaled positives, one number a feature.
+    /// The mean of the scaled positives, shape (d).
     pub(super) centre: Vec<f64>,
-    /// Unit of each feature in the regression, in scaled units, and its origin (decision D16).
+    /// The origin and the unit of each feature in the regression, both in scaled units (decision D16), shape (d).
     pub(super) units: Vec<(f64, f64)>,
-    /// Greatest root mean square scaled distance to the centre at which it is activated; infinite where unbounded.
+    /// The classifier is activated only up to this root mean square scaled distance from the centre. Infinite without a
+    /// bound.
     pub(super) radius: f64,
     #[serde(skip)]
     pub(super) scales: Arc<[f64]>,
 }
 
-/// The state in units of its features' scales (decision D16).
+/// The state, each feature divided by its scale (decision D16).
 pub(crate) fn scaled(state: &State, scales: &[f64]) -> Vec<f64> {
     state.values().iter().zip(scales).map(|(value, scale)| value / scale).collect()
 }
 
-/// Mean squared difference a feature.
+/// The mean over the features of the squared difference.
 pub(super) fn squared_distance(left: &[f64], right: &[f64]) -> f64 {
     left.iter().zip(right).map(|(left, right)| (left - right) * (left - right)).sum::<f64>() / left.len() as f64
 }
 
-/// The row that the regression is linear in. Features are divided by √dimension, so that the ridge means the same for
-/// any schema.
+/// The row that the regression is linear in. All is divided by √dimension, so the ridge means the same for any schema.
 pub(super) fn lifted(lift: Lift, scaled: &[f64], centre: &[f64]) -> Vec<f64> {
     let row = match lift {
         Lift::QuadraticDiagonal => scaled.iter().copied().chain(scaled.iter().map(|value| value * value)).collect(),
@@ -69,7 +69,7 @@ impl Initiation for KeyframeClassifier {
     }
 
     fn ball(&self) -> Option<Ball<'_>> {
-        // A hair wider than `is_applicable` is, which has the last word.
+        // This is slightly wider than what `is_applicable` accepts; that test has the last word.
         let greatest = self.radius * self.radius * self.centre.len() as f64 * (1.0 + 1e-9);
         self.radius.is_finite().then_some(Ball { scales: &self.scales, centre: &self.centre, greatest })
     }

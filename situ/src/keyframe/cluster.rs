@@ -1,30 +1,31 @@
 //! Agglomerative clustering by average linkage (decision D8).
 
-/// Stands for a distance that is infinite or not a number. Far above any divergence, and finite, so that the averages
-/// of the linkage stay numbers; [`Dendrogram::cut`] undoes no merge at a height that holds a share of it.
+/// Stands for a distance that is infinite or not a number. It is far above any divergence, and finite, so the averages
+/// of the linkage stay numbers.
 const NEVER: f64 = 1e200;
-/// Any height above this is an average over at least one pair that must never be merged.
+/// A height above this is an average over at least one pair that must never be merged. [`Dendrogram::cut`] never merges
+/// at such a height.
 const NEVER_HEIGHT: f64 = 1e150;
 
-/// The merges of an agglomerative clustering, lowest first.
+/// The merges of an agglomerative clustering, the lowest first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dendrogram {
     members: usize,
-    /// The two clusters merged and the height: clusters below `members` are single members, cluster `members + i` is
-    /// merge `i`.
+    /// The two clusters that are merged, and the height. A cluster below `members` is a single member; cluster
+    /// `members + i` is the result of merge `i`.
     merges: Vec<(usize, usize, f64)>,
 }
 
 /// Average linkage (UPGMA) of `n` members.
 ///
-/// `distances` is condensed: (0,1), (0,2), …, (0,n−1), (1,2), …; n(n−1)/2 numbers, not negative. An infinite distance,
-/// or one that is not a number, means that the two are never in one cluster, whatever the cut. O(n²).
+/// `distances` is condensed: (0,1), (0,2), …, (0,n−1), (1,2), …; these are n(n−1)/2 numbers. An infinite distance, or
+/// one that is not a number, means that the two are never in one cluster at any cut. O(n²).
 ///
-/// The clusters do not depend on the order of the members where no two averages tie; where they tie, the earlier pair
-/// merges first.
+/// The clusters do not depend on the order of the members unless two averages tie. If they tie, the earlier pair merges
+/// first.
 ///
 /// # Panics
-/// Where `distances` has another length.
+/// If `distances` has another length.
 pub fn average_linkage(distances: &[f64], n: usize) -> Dendrogram {
     assert_eq!(distances.len(), n * n.saturating_sub(1) / 2, "condensed distances of {n} members");
     let mut condensed: Vec<f64> =
@@ -46,13 +47,14 @@ impl Dendrogram {
         self.members
     }
 
-    /// The heights of the merges, lowest first: the mean distance between the members of the two clusters.
+    /// The heights of the merges, the lowest first. A height is the mean distance between the members of the two
+    /// clusters.
     pub fn heights(&self) -> impl Iterator<Item = f64> {
         self.merges.iter().map(|(_, _, height)| if *height < NEVER_HEIGHT { *height } else { f64::INFINITY })
     }
 
-    /// A label for each member: two have the same where they are merged at a height of at most `tau`. Labels count from
-    /// 0 in the order of their first members.
+    /// One label per member. Two members have the same label if they are merged at a height of at most `tau`. Labels
+    /// count from 0 in the order of their first members.
     pub fn cut(&self, tau: f64) -> Vec<usize> {
         let mut cluster: Vec<Vec<usize>> = (0..self.members).map(|member| vec![member]).collect();
         let mut leader: Vec<usize> = (0..self.members).collect();

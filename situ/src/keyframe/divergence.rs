@@ -1,8 +1,8 @@
-//! How different two models are, nats a frame (decision D7).
+//! How different two models are, in nats per frame (decision D7).
 //!
-//! There is no closed form for hidden Markov models, and the *rate* of an absorbing chain sees only its last state. So
-//! the divergence here is of whole sequences with their ends, over the expected length. All are generic over the
-//! emission.
+//! There is no closed form for hidden Markov models, and the *rate* of an absorbing chain depends only on its last
+//! state. So the divergence here compares whole sequences with their ends, and divides by the expected length.
+//! Everything is generic over the emission.
 
 mod transient;
 
@@ -13,26 +13,26 @@ use rand_chacha::ChaCha8Rng;
 
 use super::hmm::{EmissionDensity, Hmm};
 
-/// A sampled sequence is cut off here: no policy is expected to be a hundredth as long.
+/// Greatest length of a sampled sequence, frames. No policy is expected to be a hundredth as long.
 const MAX_SAMPLED_FRAMES: usize = 10_000;
 
-/// Samples that are drawn in each direction before the estimate is looked at, and again: fewer do not tell their own
-/// error.
+/// Samples that are drawn in each direction before the estimate is tested, and before each further test. With fewer
+/// samples the standard error itself is unreliable.
 const BATCH: usize = 50;
-/// Standard errors from a cut at which an estimate is on the one side of it for certain. It is looked at twenty times
-/// at most.
+/// If an estimate is this many standard errors away from a cut, its side of the cut is certain. It is tested twenty
+/// times at most.
 pub const CERTAIN: f64 = 5.0;
 
 /// A Monte Carlo estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MonteCarlo {
-    /// The estimate, nats a frame.
+    /// The estimate, nats per frame.
     pub mean: f64,
-    /// Its standard error, nats a frame; infinite with fewer than two samples.
+    /// Its standard error, nats per frame. Infinite with fewer than two samples.
     pub standard_error: f64,
 }
 
-/// A model with sequences that it was fitted to.
+/// A model with the sequences that it was fitted to.
 #[derive(Clone, Copy, Debug)]
 pub struct Explained<'a, E: EmissionDensity> {
     hmm: &'a Hmm<E>,
@@ -41,8 +41,8 @@ pub struct Explained<'a, E: EmissionDensity> {
 }
 
 impl<'a, E: EmissionDensity> Explained<'a, E> {
-    /// The model and its sequences, of at least one frame each; `log_likelihood` is theirs under it, as [`Hmm::fit`]
-    /// found it: nothing is to be computed again.
+    /// The model and its sequences, of at least one frame each. `log_likelihood` is theirs under the model, as
+    /// [`Hmm::fit`] found it, so it is not computed again.
     pub fn new(hmm: &'a Hmm<E>, sequences: &'a [Vec<E::Frame>], log_likelihood: f64) -> Self {
         Self { hmm, sequences, log_likelihood }
     }
@@ -56,17 +56,17 @@ impl<'a, E: EmissionDensity> Explained<'a, E> {
         (self.log_likelihood - other.hmm.total_log_likelihood(self.sequences)) / frames as f64
     }
 
-    /// [`cross_likelihood`].
+    /// See [`cross_likelihood`].
     pub fn divergence(&self, other: &Self) -> f64 {
         0.5 * (self.excess(other) + other.excess(self))
     }
 }
 
-/// The likelihood of each other's training sequences, symmetrised, nats a frame:
-/// ½ [(log p(X_p) − log q(X_p)) / |X_p| + (log q(X_q) − log p(X_q)) / |X_q|], |X| the number of frames.
+/// The likelihood of each other's training sequences, symmetrised, nats per frame: ½ [(log p(X_p) − log q(X_p)) / |X_p|
+/// + (log q(X_q) − log p(X_q)) / |X_q|] with |X| the number of frames.
 ///
-/// No sampling: the same input gives the same bits. It can be negative, where a model explains the other's data better
-/// than the other does. Sequences without frames are ignored; a side without any frame counts 0.
+/// Nothing is sampled: the same input gives the same bits. The value is negative if the models explain each other's
+/// data better than their own. Sequences without frames are ignored. A side without any frame counts 0.
 pub fn cross_likelihood<'a, E: EmissionDensity>(
     p: &'a Hmm<E>,
     xp: &'a [Vec<E::Frame>],
@@ -79,18 +79,19 @@ pub fn cross_likelihood<'a, E: EmissionDensity>(
     explained(p, xp).divergence(&explained(q, xq))
 }
 
-/// KL(p ‖ q) of whole sequences by sampling from p, over the expected length of p: nats a frame.
+/// KL(p ‖ q) of whole sequences by sampling from p, divided by the expected length of p: nats per frame.
 ///
-/// The same seed gives the same bits. Not symmetric: average it with the other direction.
+/// The same seed gives the same bits. It is not symmetric: average it with the other direction.
 pub fn monte_carlo<E: EmissionDensity>(p: &Hmm<E>, q: &Hmm<E>, samples: usize, seed: u64) -> MonteCarlo {
     let mut sampling = Sampling::new(p, q, seed);
     sampling.draw(samples);
     sampling.estimate()
 }
 
-/// The mean of [`monte_carlo`] in both directions, `samples` in each at most: no more are drawn once it is certain on
-/// which side of `cut` it is, by [`CERTAIN`] standard errors. The number of samples drawn in each direction comes with
-/// it.
+/// The mean of [`monte_carlo`] in both directions, and the number of samples that were drawn in each direction.
+///
+/// At most `samples` are drawn in each direction. The sampling stops as soon as the side of `cut` is certain, by
+/// [`CERTAIN`] standard errors.
 pub fn monte_carlo_against<E: EmissionDensity>(
     p: &Hmm<E>,
     q: &Hmm<E>,
@@ -108,7 +109,7 @@ pub fn monte_carlo_against<E: EmissionDensity>(
             mean: 0.5 * (one.mean + other.mean),
             standard_error: 0.5 * libm::hypot(one.standard_error, other.standard_error),
         };
-        // An infinite mean is above any cut, whatever else is drawn.
+        // An infinite mean is above any cut, and no further sample changes that.
         let certain = estimate.mean == f64::INFINITY
             || (estimate.mean - cut).abs() > CERTAIN * estimate.standard_error && there.drawn >= BATCH;
         if certain || there.drawn == samples {
@@ -124,7 +125,7 @@ struct Sampling<'a, E> {
     rng: ChaCha8Rng,
     drawn: usize,
     mean: f64,
-    /// Sum of the squared errors.
+    /// The sum of the squared errors.
     squares: f64,
 }
 
@@ -138,7 +139,7 @@ impl<'a, E: EmissionDensity> Sampling<'a, E> {
             let sequence = self.p.sample(&mut self.rng, MAX_SAMPLED_FRAMES);
             let ratio = self.p.log_likelihood(&sequence) - self.q.log_likelihood(&sequence);
             self.drawn += 1;
-            // Welford's update: no cancellation.
+            // Welford's update: it has no cancellation.
             let error = ratio - self.mean;
             self.mean += error / self.drawn as f64;
             self.squares += error * (ratio - self.mean);
@@ -149,7 +150,7 @@ impl<'a, E: EmissionDensity> Sampling<'a, E> {
         let length = self.p.expected_length();
         let samples = self.drawn as f64;
         let error = if self.drawn < 2 { f64::INFINITY } else { libm::sqrt(self.squares / (samples - 1.0) / samples) };
-        // An impossible sequence makes the running mean infinite, and the next one makes it no number.
+        // An impossible sequence makes the running mean infinite; the next sample turns that into NaN.
         let mean = if self.mean.is_finite() { self.mean / length } else { f64::INFINITY };
         MonteCarlo { mean, standard_error: if mean.is_finite() { error / length } else { f64::INFINITY } }
     }

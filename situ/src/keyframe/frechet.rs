@@ -1,25 +1,25 @@
-//! How far one way of doing a thing is from another: the Fréchet distance of two paths.
+//! The Fréchet distance of two paths: how far one way of doing a thing is from another.
 //!
-//! Two people walk the two paths from end to end, never back, as fast or slow as they like; the distance is the
-//! shortest leash with which they can (Fréchet 1906; over points of the paths as Eiter and Mannila 1994). Unlike the
-//! distance of poses at the same share of the arc length, it does not grow where one path merely dwells, wavers or is
-//! recorded in more keyframes.
+//! Two people walk along the two paths from end to end. They never go back, and each may walk as fast or slowly as they
+//! like. The distance is the shortest leash that lets them do so (Fréchet 1906; over points of the paths as in Eiter
+//! and Mannila 1994). The distance of the poses at the same share of the arc length would grow if one path only dwells,
+//! wavers or has more keyframes; this distance does not.
 
 use crate::demonstration::Pose;
 
-/// Length that a radian counts, metres: about the reach of a held object from the gripper.
+/// The length that a radian counts, metres: about the reach of a held object from the gripper.
 pub(crate) const METRES_PER_RADIAN: f64 = 0.1;
-/// Points a leg of a path is cut into, so that what is between the poses counts, too.
+/// Each leg of a path is cut into so many pieces, so that the way between the poses counts too.
 const POINTS_A_LEG: usize = 4;
 
-/// The Fréchet distance of two paths, each joined by straight legs: metres, a radian counting a tenth. Infinite where
-/// one has no pose.
+/// The Fréchet distance of two paths, each joined by straight legs: metres, where a radian counts a tenth of a metre.
+/// Infinite if a path has no pose.
 pub fn frechet(left: &[Pose], right: &[Pose]) -> f64 {
     let (left, right) = (points(left), points(right));
     if left.is_empty() || right.is_empty() {
         return f64::INFINITY;
     }
-    // `reached[j]`: the leash for the left path up to here and the right one up to j.
+    // `reached[j]`: the shortest leash for the left path up to here and the right path up to point j.
     let mut reached = vec![f64::INFINITY; right.len()];
     for (index, here) in left.iter().enumerate() {
         let mut diagonal = if index == 0 { 0.0 } else { f64::INFINITY };
@@ -34,11 +34,11 @@ pub fn frechet(left: &[Pose], right: &[Pose]) -> f64 {
     reached[right.len() - 1]
 }
 
-/// A place on a path: position, and the rotation as a unit quaternion (either sign).
+/// A place on a path: the position, and the rotation as a unit quaternion of either sign.
 type Point = ([f64; 3], [f64; 4]);
 
-/// The poses, and points on the legs between them. A rotation on a leg is the normalised mean of its ends: legs turn by
-/// little.
+/// The poses, and points on the legs between them. A rotation on a leg is the normalised mean of the leg's ends, which
+/// is good enough as legs turn only a little.
 fn points(path: &[Pose]) -> Vec<Point> {
     let point = |pose: &Pose| -> Point {
         let [i, j, k, w]: [f64; 4] = pose.rotation.coords.into();
@@ -70,8 +70,8 @@ fn dot(left: &[f64; 4], right: &[f64; 4]) -> f64 {
     left.iter().zip(right).map(|(left, right)| left * right).sum()
 }
 
-/// Metres between two points, the turn between them added; an angle is measured by the chord of its half, twice: 1 %
-/// short at a radian.
+/// The distance of two points plus that of their rotations, metres. An angle is measured by twice the chord of its
+/// half, which is 1 % short at a radian.
 fn apart((here, turned): &Point, (there, other): &Point) -> f64 {
     let squared: f64 = here.iter().zip(there).map(|(here, there)| (here - there) * (here - there)).sum();
     let chord = 2.0 * libm::sqrt((2.0 - 2.0 * dot(turned, other).abs()).max(0.0));

@@ -1,11 +1,12 @@
 //! Hidden Markov models that end: the policies and the signatures of SITU (decisions D5, D12 to D14).
 //!
-//! A model of K states starts by `initial` (K), goes on by `transition` (K × K, row-major) and ends after state i with
-//! probability `end[i]`, so that every row of `transition` and its `end` sum to 1 and a *sequence*, not only a frame,
-//! has a probability. The models that [`Hmm::fit`] makes are left-to-right; the inference here holds for any.
+//! A model of K states starts by `initial` (K), continues by `transition` (K × K, row-major), and ends after state i
+//! with probability `end[i]`. Every row of `transition` and its `end` sum to 1. So a whole *sequence* has a
+//! probability, not only a frame. The models that [`Hmm::fit`] makes are left-to-right; the inference here holds for
+//! any model.
 //!
-//! The emission is generic ([`EmissionDensity`]); a policy's is [`Emission`], a Gaussian over poses and a gripper
-//! command.
+//! The emission is generic ([`EmissionDensity`]). That of a policy is [`Emission`]: a Gaussian over poses, and a
+//! gripper command.
 
 mod covariance;
 mod density;

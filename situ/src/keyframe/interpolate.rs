@@ -5,11 +5,11 @@ use nalgebra::Translation3;
 use super::pose::{log, rotation_exp};
 use crate::demonstration::Pose;
 
-/// `n` poses along the path through `poses`, uniform in arc length, first and last included.
+/// `n` poses along the path through `poses`, uniform in arc length, with the first and the last.
 ///
 /// Positions are joined by straight lines, rotations by the shortest turn at an even rate. The arc length of a leg is
-/// its metres plus `metres_per_radian` × its radians. A single pose, or a path of no length, gives `n` copies of the
-/// first pose; no pose gives none.
+/// its metres plus `metres_per_radian` × its radians. A single pose, or a path of length 0, gives `n` copies of the
+/// first pose. No pose gives none.
 pub fn resample(poses: &[Pose], n: usize, metres_per_radian: f64) -> Vec<Pose> {
     let Some((first, last)) = poses.first().zip(poses.last()) else { return Vec::new() };
     let legs: Vec<_> = poses.windows(2).map(|pair| log(&pair[0], &pair[1])).collect();

@@ -29,10 +29,10 @@ pub struct KeyframeLearner {
     scales: Arc<[f64]>,
 }
 
-/// The cut of the dendrogram (decision D8), kept in the model.
+/// The height at which the dendrogram is cut (decision D8). The task model keeps it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
-    /// Height of the cut: nats a frame.
+    /// The height of the cut, nats per frame.
     pub cut: f64,
 }
 
@@ -67,7 +67,7 @@ impl KeyframeLearner {
         Ok(fit)
     }
 
-    /// The number of hidden states (decision D14).
+    /// Fits the policy's model, with the number of hidden states of decision D14.
     fn fit_keyframes(
         &self,
         reference: &str,
@@ -88,7 +88,8 @@ impl KeyframeLearner {
                 for states in lengths[0]..=lengths[lengths.len() - 1] {
                     let hmm = Self::fit(reference, sequences, states, kernel, counters)?.hmm;
                     let likelihood: f64 = sequences.iter().map(|sequence| hmm.log_likelihood(sequence)).sum();
-                    // A state has a mean (6), a symmetric covariance (21), a way on and a way out.
+                    // A state has a mean (6), a symmetric covariance (21), one probability of going on and one of
+                    // ending.
                     let criterion = 29.0 * states as f64 * libm::log(frames as f64) - 2.0 * likelihood;
                     if best.as_ref().is_none_or(|(lowest, _)| criterion < *lowest) {
                         best = Some((criterion, hmm));
@@ -110,8 +111,8 @@ impl KeyframeLearner {
         segments.iter().map(interpolate).collect()
     }
 
-    /// The divergence of two policies, symmetrised, nats a frame; infinite across reference objects (D6) and grips
-    /// (D6b, D7). Where a `cut` is given, only the side of it is certain.
+    /// The divergence of two policies, symmetrised, nats per frame. Infinite for two reference objects (D6) or two
+    /// grips (D6b, D7). With a `cut`, only the side of the cut is certain.
     fn divergence(
         &self,
         left: &KeyframePolicy,
@@ -148,7 +149,7 @@ impl KeyframeLearner {
         }
     }
 
-    /// Condensed distances: (0,1), (0,2), …, (1,2), …
+    /// The condensed distances: (0,1), (0,2), …, (1,2), …
     fn distances(&self, policies: &[&KeyframePolicy], cut: Option<f64>, counters: &mut Counters) -> Vec<f64> {
         let mut distances = Vec::with_capacity(policies.len() * policies.len().saturating_sub(1) / 2);
         for (index, left) in policies.iter().enumerate() {
@@ -163,7 +164,7 @@ impl KeyframeLearner {
         segments.iter().map(|segment| self.fit_policy(&[segment], counters)).collect()
     }
 
-    /// Origin and unit of each feature in a regression (decision D16).
+    /// The origin and the unit of each feature in a regression (decision D16).
     fn units(&self, positives: &[Vec<f64>], negatives: &[Vec<f64>], centre: &[f64]) -> Vec<(f64, f64)> {
         let Standardisation::Within { prior } = self.parameters.standardisation else {
             return vec![(0.0, 1.0); centre.len()];
@@ -188,7 +189,7 @@ impl KeyframeLearner {
     }
 }
 
-/// The mean of points of this dimension; zero of none.
+/// The mean of points of this dimension; zero if there is none.
 fn mean(points: &[Vec<f64>], dimension: usize) -> Vec<f64> {
     let mut mean = vec![0.0; dimension];
     for point in points {
@@ -199,7 +200,7 @@ fn mean(points: &[Vec<f64>], dimension: usize) -> Vec<f64> {
     mean
 }
 
-/// The value at the percentile of sorted finite values, linear between ranks; 0 of none.
+/// The value at [`PERCENTILE`] of sorted finite values, linear between ranks; 0 if there is none.
 fn percentile(sorted: &[f64]) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return 0.0 };
     let rank = PERCENTILE * last as f64;
@@ -285,7 +286,7 @@ impl Learner for KeyframeLearner {
         calibration: &Calibration,
         counters: &mut Counters,
     ) -> Clustering {
-        // The segment's own is the last of all, and so the last of each candidate's row.
+        // The segment's own policy comes last of all, so it is the last in the row of each candidate.
         let mut distances = Vec::with_capacity(among.len() + candidates.len());
         let mut known = among.iter();
         for (index, candidate) in candidates.iter().enumerate() {
@@ -337,7 +338,8 @@ impl Learner for KeyframeLearner {
         for segments in roles.values() {
             let policies = self.singles(segments, counters)?;
             let apart = self.distances(&policies.iter().collect::<Vec<_>>(), None, counters);
-            // Two that no cut joins, for one ends with a closed hand and one does not, say nothing of its height.
+            // An infinite distance says nothing about the height of the cut: one of the two ends with a closed hand and
+            // the other does not, so no cut joins them.
             distances.extend(apart.into_iter().filter(|distance| distance.is_finite()));
         }
         distances.sort_by(f64::total_cmp);
@@ -354,7 +356,7 @@ impl Learner for KeyframeLearner {
         if self.parameters.across_references {
             return Ok(self.labels(&policies.iter().collect::<Vec<_>>(), calibration.cut, counters));
         }
-        // Segments of different objects never share a cluster, so each object has a dendrogram of its own.
+        // Segments of different objects are never in one cluster, so each object has its own dendrogram.
         let mut objects: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
         for (index, segment) in segments.iter().enumerate() {
             objects.entry(&segment.reference).or_default().push(index);
@@ -368,7 +370,7 @@ impl Learner for KeyframeLearner {
                 first[members[position]] = members[leader];
             }
         }
-        // Labels in order of first appearance.
+        // Labels, in the order in which they first appear.
         let mut names: BTreeMap<usize, usize> = BTreeMap::new();
         Ok(first
             .iter()
@@ -379,9 +381,9 @@ impl Learner for KeyframeLearner {
             .collect())
     }
 
-    /// The greatest distance between a keyframe of one and the same keyframe of the other, in position:
-    /// [`displacement`]. A path would say more than is so: a needless or a forgotten keyframe moves it by as much as a
-    /// near-variant does.
+    /// The greatest distance between a keyframe of one policy and the same keyframe of the other, in position:
+    /// [`displacement`]. A distance of paths would be wrong here: a needless or a forgotten keyframe moves the path by
+    /// as much as a small variation does.
     fn displacement(&self, left: &KeyframePolicy, right: &KeyframePolicy) -> f64 {
         displacement(&left.means(), &right.means())
     }

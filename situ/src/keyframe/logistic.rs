@@ -1,10 +1,10 @@
 //! Ridge logistic regression: the initiation classifiers (decisions D2b, D2c).
 //!
-//! The objective is convex: Σ s_i ℓ(t_i, b + w·x_i) + ½ λ |w|², where Σ s_i = 1 (a *mean* loss, so that λ means the
-//! same for any number of samples), ℓ the cross-entropy against the target t_i, and the intercept b is not penalised.
-//! It is solved by Newton's method (iteratively reweighted least squares), in the features' dimension or in the
-//! samples', whichever is smaller; both find the same minimum. The targets of `true` and `false` are inside (0, 1):
-//! with few samples the classes can always be separated, and plain maximum likelihood would diverge.
+//! The objective is convex: Σ s_i ℓ(t_i, b + w·x_i) + ½ λ |w|². The shares s_i sum to 1, so the loss is a *mean*, and λ
+//! means the same for any number of samples. ℓ is the cross-entropy against the target t_i. The intercept b is not
+//! penalised. Newton's method (iteratively reweighted least squares) finds the minimum, in the dimension of the
+//! features or in that of the samples, whichever is smaller; both find the same. The targets of `true` and `false` are
+//! inside (0, 1): with few samples the classes can always be separated, and plain maximum likelihood would diverge.
 
 mod blocks;
 mod dual;
@@ -23,11 +23,11 @@ use problem::Problem;
 
 /// Fits a ridge logistic regression.
 ///
-/// `rows`: n rows of d features, already lifted and scaled; `labels`: n. `warm` is a former fit to start from: the
-/// minimum is the same, but for the tolerance. Sums are in the order of the rows: the same input gives the same bits.
+/// `rows`: n rows of d features, already lifted and scaled. `labels`: n. `warm` is an earlier fit to start from; the
+/// minimum is the same up to the tolerance. Sums are in the order of the rows, so the same input gives the same bits.
 ///
 /// # Errors
-/// Where there is no row, lengths differ, a number is not finite or a parameter is out of its range.
+/// If there is no row, lengths differ, a number is not finite or a parameter is out of its range.
 pub fn fit(
     rows: &[&[f64]],
     labels: &[bool],
@@ -65,7 +65,7 @@ pub fn fit(
     if dual { dual::minimise(&problem, start, parameters) } else { primal::minimise(&problem, start, parameters) }
 }
 
-/// The objective that [`fit`] minimises, and its gradient: the weights' components, then the intercept's.
+/// The objective that [`fit`] minimises, and its gradient: the components of the weights, then that of the intercept.
 pub fn objective(
     rows: &[&[f64]],
     labels: &[bool],

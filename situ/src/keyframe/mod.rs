@@ -1,4 +1,4 @@
-//! The keyframe instantiation of SITU (paper, "Keyframe Based Algorithms"): policies are hidden Markov models over
+//! The keyframe instantiation of SITU (paper, "Keyframe Based Algorithms"). Policies are hidden Markov models over
 //! keyframes, initiation classifiers are logistic regressions, and Find-Policy clusters by divergence.
 
 pub mod alignment;

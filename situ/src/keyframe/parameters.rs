@@ -1,4 +1,4 @@
-//! The kernels' decisions, each a named parameter with its default and its ablation.
+//! The decisions about the kernels. Each is a named parameter with its default and its ablation.
 
 use core::f64::consts::PI;
 
@@ -10,18 +10,18 @@ use super::logistic::LogisticParameters;
 /// Decision D5: what a policy is compared by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Compared {
-    /// Signature against signature: both are models over interpolated keyframes.
+    /// The two signatures: both are models over interpolated keyframes.
     Signatures,
-    /// The literal reading: the policy's model over keyframes against the segment's model over its interpolation.
+    /// The literal reading: the policy's model over keyframes, and the segment's model over its interpolation.
     PolicyAgainstSignature,
 }
 
 /// Decision D7: the estimator of the divergence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Divergence {
-    /// The likelihood of each other's training trajectories: deterministic, no sampling.
+    /// The likelihood of each other's training trajectories. Deterministic: nothing is sampled.
     CrossLikelihood,
-    /// Monte Carlo with this many sequences a direction, every pair with the same random numbers.
+    /// Monte Carlo with this many sequences in each direction. Every pair uses the same random numbers.
     MonteCarlo(usize),
     /// The transient upper bound.
     TransientBound,
@@ -30,14 +30,15 @@ pub enum Divergence {
 /// Decision D8: the height at which the dendrogram is cut.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Cut {
-    /// Calibrated when the originals are taught: `factor` × the 95th percentile of the distances between role-matched
-    /// segments, pooled with `prior_copies` of `prior`, clamped; `single` where there is a single original.
+    /// Calibrated when the originals are taught. It is `factor` × the 95th percentile of the distances between segments
+    /// of the same role, pooled with `prior_copies` of `prior`, and then clamped. With a single original it is
+    /// `single`.
     Calibrated {
-        /// Multiplies the percentile.
+        /// The factor of the percentile.
         factor: f64,
-        /// The pooled prior distance.
+        /// The prior distance that is pooled.
         prior: f64,
-        /// How often the prior is pooled.
+        /// How many copies of the prior are pooled.
         prior_copies: usize,
         /// The least cut.
         least: f64,
@@ -46,7 +47,7 @@ pub enum Cut {
         /// The cut with a single original demonstration.
         single: f64,
     },
-    /// Fixed: for sweeps.
+    /// A fixed cut, used for sweeps over cuts.
     Fixed(f64),
 }
 
@@ -57,7 +58,7 @@ pub enum Lift {
     QuadraticDiagonal,
     /// The scaled features.
     Linear,
-    /// The mean squared scaled distance to the centre of the positives, alone.
+    /// Only the mean squared scaled distance to the centre of the positives.
     Distance,
 }
 
@@ -66,27 +67,28 @@ pub enum Lift {
 pub enum Standardisation {
     /// The schema's fixed scales, for every classifier.
     Fixed,
-    /// The fixed scales, shrunk where the primitive's own start states vary less: the standard deviation about the
-    /// centre of the positives (of positives and negatives about theirs, where there is one positive), the fixed scale
-    /// counting as so many samples. Features are measured from that centre. It reads the primitive's own samples alone,
-    /// so an update stays local.
+    /// The fixed scales, made smaller if the primitive's own start states vary less. The unit is then the standard
+    /// deviation of the positives about their centre, where the fixed scale counts as so many samples. With a single
+    /// positive, it is that of the negatives about their own centre. Features are measured from the centre of the
+    /// positives. Only the primitive's own samples are read, so an update stays local.
     Within {
-        /// Samples that the fixed scale counts.
+        /// The number of samples that the fixed scale counts as.
         prior: f64,
     },
 }
 
-/// Decision D10b: when a classifier is activated, for indexing.
+/// Decision D10b: when a classifier is activated in the index.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Activation {
-    /// Probability at least 0.5, as printed.
+    /// The probability is at least 0.5, as printed.
     Probability,
-    /// Probability at least 0.5 and, in root mean square scaled distance, no further from the centre of the positives
-    /// than `factor` × their own 95th percentile, and never less than `least`.
+    /// The probability is at least 0.5, and the state is near the centre of the positives. Near means: the root mean
+    /// square scaled distance is at most `factor` × the 95th percentile of the positives' own distances, or at most
+    /// `least`.
     Bounded {
-        /// Multiplies the percentile.
+        /// The factor of the percentile.
         factor: f64,
-        /// The least radius, in scaled units; a node with one positive has a percentile of 0.
+        /// The least radius, in scaled units. With one positive the percentile is 0.
         least: f64,
     },
 }
@@ -96,31 +98,32 @@ pub enum Activation {
 pub enum States {
     /// The median number of keyframes of its segments.
     Median,
-    /// The number between the fewest and the most keyframes with the lowest Bayesian information criterion.
+    /// The number with the lowest Bayesian information criterion, between the fewest and the most keyframes of a
+    /// segment.
     Bic,
 }
 
 /// The parameters of [`super::learner::KeyframeLearner`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct KeyframeParameters {
-    /// Kernel of the policies (D12 to D14).
+    /// The kernel of the policies (D12 to D14).
     pub policy: HmmParameters,
-    /// Hidden states of a policy (D14).
+    /// The hidden states of a policy (D14).
     pub states: States,
-    /// Kernel of the signatures (D12, D13).
+    /// The kernel of the signatures (D12, D13).
     pub signature: HmmParameters,
-    /// Points of a signature's interpolation (D5).
+    /// The points of a signature's interpolation (D5).
     pub signature_points: usize,
-    /// Hidden states of a signature (D5).
+    /// The hidden states of a signature (D5).
     pub signature_states: usize,
-    /// Length that a radian counts, metres (D5).
+    /// The length that a radian counts, metres (D5).
     pub metres_per_radian: f64,
     /// What is compared (D5).
     pub compared: Compared,
     /// Whether policies of different reference objects can be compared (D6).
     pub across_references: bool,
-    /// Whether policies that leave the gripper in different states, open and closed, can be compared (D6b): a pick and
-    /// a place on one object lead along much the same poses.
+    /// Whether a policy that ends with an open gripper can be compared with one that ends with a closed gripper (D6b).
+    /// A pick and a place on one object lead along much the same poses.
     pub across_grips: bool,
     /// The estimator (D7).
     pub divergence: Divergence,
@@ -128,21 +131,21 @@ pub struct KeyframeParameters {
     pub cut: Cut,
     /// What the classifiers are linear in (D2b).
     pub lift: Lift,
-    /// Units of the features (D16).
+    /// The units of the features (D16).
     pub standardisation: Standardisation,
-    /// Kernel of the classifiers (D2c).
+    /// The kernel of the classifiers (D2c).
     pub logistic: LogisticParameters,
-    /// Activation of a classifier (D10b).
+    /// When a classifier is activated (D10b).
     pub activation: Activation,
-    /// Seed of the Monte Carlo divergences (D7). Common random numbers: pairs differ by their models alone, and a
-    /// distance does not depend on which pairs were compared before.
+    /// The seed of the Monte Carlo divergences (D7). All pairs share the random numbers, so they differ only by their
+    /// models, and a distance does not depend on earlier comparisons.
     pub seed: u64,
 }
 
 impl Default for KeyframeParameters {
     /// The parameters of `situ`.
     fn default() -> Self {
-        // D12: a smaller rotation scale lets noise dominate the divergence.
+        // D12: with a smaller rotation scale, noise dominates the divergence.
         let signature =
             HmmParameters { position_floor: 0.02, rotation_floor: 9.0 * PI / 180.0, ..HmmParameters::default() };
         Self {
@@ -174,7 +177,7 @@ impl KeyframeParameters {
             compared: Compared::PolicyAgainstSignature,
             across_references: true,
             across_grips: true,
-            // The paper names no number. With 1000, updates of the literal reading took up to 23 s on ten primitives.
+            // The paper gives no number. With 1000, updates of the literal reading took up to 23 s on ten primitives.
             divergence: Divergence::MonteCarlo(30),
             lift: Lift::Linear,
             standardisation: Standardisation::Fixed,

@@ -1,4 +1,4 @@
-//! The policy of a primitive: a hidden Markov model over keyframes, beside the signature by which it is compared.
+//! The policy of a primitive: a hidden Markov model over keyframes, and the signature by which policies are compared.
 
 use core::f64::consts::PI;
 use std::sync::Arc;
@@ -16,16 +16,16 @@ use crate::random::standard_normal;
 /// A fitted policy `π`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct KeyframePolicy {
-    /// The reference object in whose frame all of it is.
+    /// The reference object; everything here is in its frame.
     pub(super) reference: Arc<str>,
     /// Each hidden state is a "true" keyframe (paper, "Primitive Specification").
     pub(super) hmm: Hmm,
-    /// Seconds of rest at each hidden state: the mean over the keyframes that it explains.
+    /// Seconds of rest at each hidden state: the mean over the keyframes that the state explains.
     pub(super) holds: Vec<f64>,
-    /// Model over the interpolated segments (decision D5).
+    /// The model over the interpolated segments (decision D5).
     pub(super) signature: Hmm,
-    /// The interpolated segments themselves, and their log likelihood under the signature: the cross-likelihood needs
-    /// them.
+    /// The interpolated segments themselves, and their log likelihood under the signature. The cross-likelihood needs
+    /// both.
     #[serde(skip)]
     pub(super) trajectories: Vec<Vec<Observation>>,
     #[serde(skip)]
@@ -36,17 +36,17 @@ pub struct KeyframePolicy {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Execution {
-    /// Each keyframe is drawn from the scatter of the data, bounded.
+    /// Each keyframe is drawn from the scatter of the data, within bounds.
     Sample,
     /// Each keyframe is the mean.
     Mean,
 }
 
-/// Greatest standard deviation of a sampled position, metres: above it grasps fail (decision D15).
+/// The greatest standard deviation of a sampled position, metres. Above it grasps fail (decision D15).
 const SAMPLED_POSITION: f64 = 0.005;
-/// Greatest standard deviation of a sampled rotation, radians: 2°.
+/// The greatest standard deviation of a sampled rotation, radians: 2°.
 const SAMPLED_ROTATION: f64 = 2.0 * PI / 180.0;
-/// The 95th percentile of χ² with 6 degrees of freedom: draws beyond it are drawn again.
+/// The 95th percentile of χ² with 6 degrees of freedom. A draw beyond it is drawn again.
 pub(crate) const CHI_SQUARED_6_95: f64 = 12.591_587_243_743_977;
 
 impl KeyframePolicy {
@@ -65,7 +65,7 @@ impl KeyframePolicy {
         &self.signature
     }
 
-    /// The keyframes of one execution, relative to the reference object: every hidden state once, in order.
+    /// The keyframes of one execution, relative to the reference object: one per hidden state, in order.
     pub fn keyframes(&self, execution: Execution, rng: &mut impl Rng) -> Vec<RelativeKeyframe> {
         let mut keyframes = self.mean_keyframes();
         if execution == Execution::Sample {
@@ -76,7 +76,7 @@ impl KeyframePolicy {
         keyframes
     }
 
-    /// The keyframes of the mean execution, one a hidden state.
+    /// The keyframes of the mean execution, one per hidden state.
     pub fn mean_keyframes(&self) -> Vec<RelativeKeyframe> {
         let states = self.hmm.emissions.iter().zip(&self.holds);
         let keyframe = |(emission, hold): (&Emission, &f64)| RelativeKeyframe {
@@ -87,7 +87,7 @@ impl KeyframePolicy {
         states.map(keyframe).collect()
     }
 
-    /// The signature with what it was fitted to.
+    /// The signature with the segments that it was fitted to.
     pub(super) fn explained(&self) -> Explained<'_, Emission> {
         Explained::new(&self.signature, &self.trajectories, self.log_likelihood)
     }
@@ -98,14 +98,14 @@ impl KeyframePolicy {
         last.is_some_and(|command| matches!(command, Gripper::Close(_)))
     }
 
-    /// The mean keyframes.
+    /// The poses of the mean keyframes.
     pub(super) fn means(&self) -> Vec<nalgebra::Isometry3<f64>> {
         self.hmm.emissions.iter().map(|emission| emission.mean).collect()
     }
 }
 
-/// A draw from the scatter of the data about the mean: shrunk to the greatest deviations, rejected beyond the 95th
-/// percentile.
+/// A draw from the scatter of the data about the mean. The scatter is shrunk to the greatest deviations, and a draw
+/// beyond the 95th percentile is drawn again.
 pub(crate) fn draw(scatter: &Matrix6<f64>, rng: &mut impl Rng) -> Tangent {
     let factor = semidefinite_cholesky(scatter);
     let deviation = |from: usize| libm::sqrt((from..from + 3).map(|axis| scatter[(axis, axis)]).fold(0.0, f64::max));
@@ -120,7 +120,7 @@ pub(crate) fn draw(scatter: &Matrix6<f64>, rng: &mut impl Rng) -> Tangent {
     }
 }
 
-/// L with L Lᵀ = m for a positive *semi*definite m: a pivot at rounding level gives a column of zeros.
+/// L with L Lᵀ = m for a positive *semi*definite m. A pivot that is only rounding error gives a column of zeros.
 fn semidefinite_cholesky(matrix: &Matrix6<f64>) -> Matrix6<f64> {
     let smallest = f64::EPSILON * matrix.trace().max(f64::MIN_POSITIVE);
     let mut factor = Matrix6::zeros();

@@ -1,8 +1,8 @@
 //! Poses as points of R³ × S³: logarithm, exponential and mean.
 //!
-//! A Gaussian over poses has its mean on the manifold and its covariance in the tangent space at that mean (decision
-//! D13; Zeestraten et al., RA-L 2017; Calinon 2019). The position part is the plain difference in metres; the rotation
-//! part is the rotation vector, in the frame of the base, that turns the base into the pose.
+//! A Gaussian over poses has its mean on the manifold, and its covariance in the tangent space at that mean (decision
+//! D13; Zeestraten et al., RA-L 2017; Calinon 2019). The position part of a tangent vector is the plain difference in
+//! metres. The rotation part is the rotation vector that turns the base into the pose, in the frame of the base.
 
 use nalgebra::{Matrix4, Quaternion, SVector, Translation3, UnitQuaternion, Vector3};
 use pulp::Scalar256b;
@@ -13,12 +13,12 @@ use crate::vector::{Four, Wide, polynomial};
 /// A tangent vector: position in metres (3), then rotation vector in radians (3).
 pub type Tangent = SVector<f64, 6>;
 
-/// Below this angle, radians, sine and cosine are taken from the first terms of their series, for the next are under
-/// the rounding error.
+/// Below this angle, radians, sine and cosine are the first terms of their series: the next terms are below the
+/// rounding error.
 const SMALL_ANGLE: f64 = 1e-8;
-/// 2 acos(c)/√(1 − c²) for c from 0 to 1, as a polynomial in 2c − 1: what the imaginary part of a unit quaternion with
-/// the real part c is multiplied by to be the rotation vector. By Chebyshev interpolation (mpmath 1.4.1, `chebyfit`
-/// with 24 terms), 5·10⁻¹⁹ off at most.
+/// 2 acos(c)/√(1 − c²) for c from 0 to 1, as a polynomial in 2c − 1. Times this factor, the imaginary part of a unit
+/// quaternion with the real part c is the rotation vector. By Chebyshev interpolation (mpmath 1.4.1, `chebyfit` with 24
+/// terms); the error is at most 5·10⁻¹⁹.
 const LOGARITHM: [[f64; 4]; 6] = [
     [2.418_399_152_312_290_3, -0.527_200_282_562_569_8, 0.139_466_384_104_096_92, -0.039_674_293_844_961_76],
     [
@@ -33,18 +33,19 @@ const LOGARITHM: [[f64; 4]; 6] = [
     [9.087_757_326_338_875e-11, -2.952_744_983_101_419_5e-11, 2.671_369_168_991_588e-11, -8.724_027_607_819_922e-12],
 ];
 
-/// The mean is found when a step is shorter than this, radians.
+/// The search for the mean ends with a step shorter than this, radians.
 pub(crate) const MEAN_TOLERANCE: f64 = 1e-9;
-/// Steps of the mean at most. It converges in two or three where the rotations are within a right angle.
+/// Greatest number of steps towards the mean. Two or three are enough if the rotations are within a right angle.
 pub(crate) const MEAN_STEPS: usize = 10;
-/// Squarings of the matrix whose dominant axis starts the mean: its 2¹⁶th power tells axes apart that differ by 10⁻⁴.
+/// The mean starts at the dominant axis of a matrix, which is squared so many times. The 2¹⁶th power separates axes
+/// whose eigenvalues differ by 10⁻⁴ in proportion.
 const SQUARINGS: usize = 16;
 
-/// The rotation vector of a unit quaternion, radians, at most π long. The same for q and −q.
+/// The rotation vector of a unit quaternion, radians, at most π long. It is the same for q and −q.
 pub fn rotation_log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     let quaternion = rotation.quaternion();
     let imaginary = Vector3::new(quaternion.i, quaternion.j, quaternion.k);
-    // At half a turn w is 0 and both signs are as near: the first component that is not 0 decides.
+    // At half a turn w is 0 and both signs are equally near. The first component that is not 0 decides.
     let flip = if quaternion.w == 0.0 {
         imaginary.iter().find(|value| **value != 0.0).is_some_and(|value| *value < 0.0)
     } else {
@@ -54,14 +55,14 @@ pub fn rotation_log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     v * log_scales(Four::splat(Scalar256b, w)).numbers()[0]
 }
 
-/// What the imaginary parts of unit quaternions are multiplied by to be rotation vectors, by their real parts, from 0
-/// to 1. There is no angle at which it loses digits.
+/// The factors that turn the imaginary parts of unit quaternions into rotation vectors, from the real parts, which are
+/// 0 to 1. No angle loses digits.
 #[inline(always)]
 pub(crate) fn log_scales<S: Wide>(cosines: Four<S>) -> Four<S> {
     polynomial(cosines * 2.0 - 1.0, &LOGARITHM)
 }
 
-/// The unit quaternion that turns by `vector`, radians. Inverse of [`rotation_log`] up to a length of π.
+/// The unit quaternion that turns by `vector`, radians. It is the inverse of [`rotation_log`] up to a length of π.
 pub fn rotation_exp(vector: &Vector3<f64>) -> UnitQuaternion<f64> {
     let angle = length(vector);
     let (w, scale) = if angle < SMALL_ANGLE {
@@ -72,36 +73,36 @@ pub fn rotation_exp(vector: &Vector3<f64>) -> UnitQuaternion<f64> {
     unit(Quaternion::new(w, vector.x * scale, vector.y * scale, vector.z * scale))
 }
 
-/// Log at `base` of `pose`: metres, radians.
+/// The logarithm of `pose` at `base`: metres, radians.
 pub fn log(base: &Pose, pose: &Pose) -> Tangent {
     let position = pose.translation.vector - base.translation.vector;
     let rotation = rotation_log(&(base.rotation.conjugate() * pose.rotation));
     Tangent::new(position.x, position.y, position.z, rotation.x, rotation.y, rotation.z)
 }
 
-/// Exp at `base` of `tangent`: inverse of [`log`] up to a rotation of π.
+/// The exponential of `tangent` at `base`. It is the inverse of [`log`] up to a rotation of π.
 pub fn exp(base: &Pose, tangent: &Tangent) -> Pose {
     let position = base.translation.vector + Vector3::new(tangent[0], tangent[1], tangent[2]);
     let turned = turn(&base.rotation, &Vector3::new(tangent[3], tangent[4], tangent[5]));
     Pose::from_parts(Translation3::from(position), turned)
 }
 
-/// The weighted mean of poses on the manifold: where the weighted logarithms sum to 0 (Karcher mean).
+/// The weighted mean of poses on the manifold: there the weighted logarithms sum to 0 (Karcher mean).
 ///
-/// `weights` are not negative, one a pose. The identity where there is no weight at all.
+/// `weights` has one number per pose, none negative. The mean is the identity if all weights are 0.
 pub fn karcher_mean(poses: &[Pose], weights: &[f64]) -> Pose {
     karcher_mean_from(&dominant_rotation(poses, weights), poses, weights)
 }
 
-/// The dominant axis of Σ w q qᵀ (Markley et al. 2007): a start for the mean that depends neither on the order of the
-/// poses nor on the signs of their quaternions. The identity where there is no weight.
+/// The dominant axis of Σ w q qᵀ (Markley et al. 2007). It is a start for the mean that depends neither on the order of
+/// the poses nor on the signs of their quaternions. It is the identity if all weights are 0.
 pub(crate) fn dominant_rotation(poses: &[Pose], weights: &[f64]) -> UnitQuaternion<f64> {
     let mut axes = Matrix4::zeros();
     for (pose, weight) in poses.iter().zip(weights) {
         let quaternion = pose.rotation.coords;
         axes += quaternion * quaternion.transpose() * *weight;
     }
-    // Squaring the matrix brings it out.
+    // Repeated squaring leaves the dominant axis.
     for _ in 0..SQUARINGS {
         let trace = axes.trace();
         if trace <= 0.0 {
@@ -119,7 +120,7 @@ pub(crate) fn dominant_rotation(poses: &[Pose], weights: &[f64]) -> UnitQuaterni
     unit(Quaternion::from(axes.column(longest).into_owned()))
 }
 
-/// [`karcher_mean`] from a first guess of the rotation.
+/// [`karcher_mean`], from a first guess of the rotation.
 fn karcher_mean_from(start: &UnitQuaternion<f64>, poses: &[Pose], weights: &[f64]) -> Pose {
     let mut total = 0.0;
     let mut position = Vector3::zeros();
@@ -145,12 +146,12 @@ fn karcher_mean_from(start: &UnitQuaternion<f64>, poses: &[Pose], weights: &[f64
     Pose::from_parts(Translation3::from(position / total), mean)
 }
 
-/// A rotation turned on by a rotation vector in its own frame.
+/// A rotation, turned further by a rotation vector in its own frame.
 pub(crate) fn turn(base: &UnitQuaternion<f64>, vector: &Vector3<f64>) -> UnitQuaternion<f64> {
     unit((base * rotation_exp(vector)).into_inner())
 }
 
-/// The length of a vector; its root is exact to the last bit on every platform.
+/// The length of a vector. Its root is exact to the last bit on every platform.
 fn length(vector: &Vector3<f64>) -> f64 {
     libm::sqrt(vector.x * vector.x + vector.y * vector.y + vector.z * vector.z)
 }

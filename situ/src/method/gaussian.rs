@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 /// A square matrix, row by row.
 pub type Square<const D: usize> = [[f64; D]; D];
 
-/// L, lower triangular, with L Lᵀ = m; none where m is not positive definite.
+/// L, lower triangular, with L Lᵀ = m. `None` if m is not positive definite.
 pub fn cholesky<const D: usize>(matrix: &Square<D>) -> Option<Square<D>> {
     let mut factor = [[0.0; D]; D];
     for column in 0..D {
@@ -24,7 +24,7 @@ pub fn cholesky<const D: usize>(matrix: &Square<D>) -> Option<Square<D>> {
     Some(factor)
 }
 
-/// x with L x = b.
+/// The solution x of L x = b.
 pub fn forward<const D: usize>(factor: &Square<D>, b: &[f64; D]) -> [f64; D] {
     let mut x = [0.0; D];
     for row in 0..D {
@@ -34,7 +34,7 @@ pub fn forward<const D: usize>(factor: &Square<D>, b: &[f64; D]) -> [f64; D] {
     x
 }
 
-/// x with Lᵀ x = b.
+/// The solution x of Lᵀ x = b.
 pub fn backward<const D: usize>(factor: &Square<D>, b: &[f64; D]) -> [f64; D] {
     let mut x = [0.0; D];
     for row in (0..D).rev() {
@@ -49,7 +49,7 @@ pub fn log_determinant<const D: usize>(factor: &Square<D>) -> f64 {
     (0..D).map(|axis| 2.0 * libm::log(factor[axis][axis])).sum()
 }
 
-/// Log density at `x` of the Gaussian with this mean and covariance L Lᵀ.
+/// The log density at `x` of the Gaussian with this mean and the covariance L Lᵀ.
 pub fn log_density<const D: usize>(mean: &[f64; D], factor: &Square<D>, x: &[f64; D]) -> f64 {
     let mut error = [0.0; D];
     for axis in 0..D {

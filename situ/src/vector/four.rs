@@ -4,10 +4,10 @@ use core::ops::{Add, AddAssign, Div, Mul, Sub};
 
 use pulp::{Simd, cast, f64x4, m64x4, u64x4};
 
-/// Numbers of a [`Four`].
+/// The numbers of a [`Four`].
 pub(crate) const LANES: usize = 4;
 
-/// Instructions for four numbers at once.
+/// The instructions for four numbers at once.
 pub(crate) trait Wide: Simd<f64s = f64x4, m64s = m64x4, u64s = u64x4> {}
 
 impl<S: Simd<f64s = f64x4, m64s = m64x4, u64s = u64x4>> Wide for S {}
@@ -25,7 +25,7 @@ impl<S: Wide> Four<S> {
     /// Several fours.
     #[inline(always)]
     pub(crate) fn all<const N: usize>(simd: S, numbers: &[[f64; LANES]; N]) -> [Self; N] {
-        // A closure would be a function of its own.
+        // This is no closure, because a closure would not be inlined.
         let mut fours = [Self::splat(simd, 0.0); N];
         for (four, numbers) in fours.iter_mut().zip(numbers) {
             *four = Self::new(simd, *numbers);
@@ -83,7 +83,7 @@ impl<S: Wide> Four<S> {
         Self(simd, simd.or_f64s(self.1, sign))
     }
 
-    /// Of each, the first where this is below `bound`, and else the second.
+    /// For each number: `first` if it is below `bound`, else `second`.
     #[inline(always)]
     pub(crate) fn below(self, bound: Self, first: Self, second: Self) -> Self {
         let mask = self.0.less_than_f64s(self.1, bound.1);
@@ -97,7 +97,7 @@ impl<S: Wide> Four<S> {
         simd.first_true_m64s(simd.equal_f64s(self.1, simd.splat_f64s(0.0))) < LANES
     }
 
-    /// The bits as integers, to which `added` is added and which are then shifted up by `BITS`, as numbers again.
+    /// Adds `added` to the bits, taken as integers, shifts them up by `BITS`, and takes them as numbers again.
     #[inline(always)]
     pub(crate) fn shifted_bits<const BITS: i32>(self, added: u64) -> Self {
         let mut bits: [u64; LANES] = cast(self.1);
@@ -108,7 +108,7 @@ impl<S: Wide> Four<S> {
     }
 }
 
-/// c₀ + c₁ x + …, of coefficients in fours: no number waits for the one before it, as it would by Horner's rule.
+/// c₀ + c₁ x + …, with the coefficients in fours. No step waits for the one before it, as in Horner's rule.
 #[inline(always)]
 pub(crate) fn polynomial<S: Wide, const N: usize>(x: Four<S>, coefficients: &[[f64; LANES]; N]) -> Four<S> {
     let squared = x * x;
@@ -125,7 +125,7 @@ fn four_terms<S: Wide>(x: Four<S>, squared: Four<S>, [a, b, c, d]: &[f64; LANES]
     (x * *b + *a) + (x * *d + *c) * squared
 }
 
-/// An operator, of fours and of a four and a number.
+/// An operator on two fours, and on a four and a number.
 macro_rules! operator {
     ($Operator:ident, $method:ident, $instruction:ident) => {
         impl<S: Wide> $Operator for Four<S> {

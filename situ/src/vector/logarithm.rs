@@ -1,8 +1,8 @@
-//! log(1 + x) by additions, products and one division: the same bits everywhere, and many at once.
+//! log(1 + x) by additions, products and one division: the same bits everywhere, and several at once.
 
 use super::four::{Four, Wide, polynomial};
 
-/// 2/(2n + 1): of 2 artanh s over s, s ≤ ⅓, in s², the terms that are above the rounding error.
+/// 2/(2n + 1): the coefficients of 2 artanh(s)/s in s², for s ≤ ⅓, down to the rounding error.
 const COEFFICIENTS: [[f64; 4]; 4] = coefficients();
 
 const fn coefficients() -> [[f64; 4]; 4] {

@@ -10,7 +10,6 @@ mod dynamics;
 mod geweke;
 mod primitive;
 mod recovery;
-mod speed;
 mod states;
 mod synthetic;
 mod task;

@@ -4,4 +4,5 @@
 mod blocks;
 mod criterion;
 mod random_model;
+mod sorting;
 mod starhmm;

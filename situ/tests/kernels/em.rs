@@ -36,14 +36,10 @@ proptest! {
     /// 420 000 steps lowered it (4 waypoints, 1 to 6 states, noise of 15° and 5 cm), the worst by 15 nats.
     #[test]
     fn no_step_lowers_the_objective(
-        seed in any::<u64>(),
-        sequences in 1_usize..6,
-        waypoints in 1_usize..5,
+        (seed, sequences, waypoints) in (any::<u64>(), 1_usize..6, 1_usize..5),
+        (noise, turns) in (0.001..0.2, prop_oneof![Just(0.0), 0.01..1.0]),
         states in 1_usize..7,
-        noise in 0.001..0.2,
-        turns in prop_oneof![Just(0.0), 0.01..1.0],
-        floor in prop_oneof![Just(0.0), Just(1e-3), Just(0.2)],
-        skip in any::<bool>(),
+        (floor, skip) in (prop_oneof![Just(0.0), Just(1e-3), Just(0.2)], any::<bool>()),
         gripper in any::<bool>(),
     ) {
         let mut data = passes(seed, sequences, waypoints, noise, turns);

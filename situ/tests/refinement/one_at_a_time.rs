@@ -15,7 +15,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use situ::method::refinement::cost_weights::features::RANGES;
-use situ::method::refinement::cost_weights::{FEATURES, Features, Rule, physical};
+use situ::method::refinement::cost_weights::{FEATURES, Features, Physical};
 use situ::random::{standard_normal, stream};
 
 const DRAWS: u64 = 400;
@@ -35,7 +35,7 @@ enum Person {
 
 /// The length of the error of the weights, in ranges, after the corrections; and the regret, the mean over them of half
 /// its square.
-fn run(seed: u64, person: Person, wrong: usize, unintended: f64, rule: Rule) -> (f64, f64) {
+fn run(seed: u64, person: Person, wrong: usize, unintended: f64, one_at_a_time: bool) -> (f64, f64) {
     let mut rng = ChaCha8Rng::seed_from_u64(stream(seed, "physical corrections"));
     let mut wanted: Features = [0.0; FEATURES];
     while wanted.iter().filter(|value| **value != 0.0).count() < wrong {
@@ -59,7 +59,8 @@ fn run(seed: u64, person: Person, wrong: usize, unintended: f64, rule: Rule) -> 
             let shown: Features = std::array::from_fn(|feature| {
                 noise[feature] + if meant(feature) { wanted[feature] } else { planned[feature] }
             });
-            physical(&mut weights, &shown, &planned, &RANGES, 1.0, 2.0, rule);
+            let rule = Physical { ranges: &RANGES, gain: 1.0, limit: 2.0, one_at_a_time };
+            rule.correct(&mut weights, &shown, &planned);
         }
         regret += 0.5 * squared(&weights) / CORRECTIONS as f64;
     }
@@ -68,8 +69,8 @@ fn run(seed: u64, person: Person, wrong: usize, unintended: f64, rule: Rule) -> 
 
 /// All at once less one at a time, the mean over draws and its standard error: of the last error, and of the regret.
 fn margins(person: Person, wrong: usize, unintended: f64) -> [(f64, f64); 2] {
-    let runs = |rule| (0..DRAWS).map(move |seed| run(seed, person, wrong, unintended, rule));
-    let pairs: Vec<_> = runs(Rule::OneAtATime).zip(runs(Rule::All)).collect();
+    let runs = |one_at_a_time| (0..DRAWS).map(move |seed| run(seed, person, wrong, unintended, one_at_a_time));
+    let pairs: Vec<_> = runs(true).zip(runs(false)).collect();
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let margin = |part: fn(&(f64, f64)) -> f64| {
         let (one, all): (Vec<f64>, Vec<f64>) = pairs.iter().map(|(one, all)| (part(one), part(all))).unzip();

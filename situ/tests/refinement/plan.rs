@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use situ::demonstration::Segment;
 use situ::keyframe::pose::{Tangent, log};
 use situ::method::refinement::cost_weights::features::{RANGES, cost, features, plan};
-use situ::method::refinement::cost_weights::{CostWeights, FEATURES, Rule, physical};
+use situ::method::refinement::cost_weights::{CostWeights, FEATURES, Physical, Rule};
 use situ::method::refinement::{Refine, Refined};
 
 use super::fixture::{apart, moved, pick, policy, segment};
@@ -64,7 +64,7 @@ proptest! {
     #[test]
     fn one_weight_at_a_time(before in weights(), shown in weights(), planned in weights()) {
         let mut after = before;
-        physical(&mut after, &shown, &planned, &RANGES, 0.5, 1.5, Rule::OneAtATime);
+        Physical { ranges: &RANGES, gain: 0.5, limit: 1.5, one_at_a_time: true }.correct(&mut after, &shown, &planned);
         let share = |feature: usize| ((shown[feature] - planned[feature]) / RANGES[feature]).abs();
         for feature in 0..FEATURES {
             if (0..FEATURES).any(|other| share(other) > share(feature)) {

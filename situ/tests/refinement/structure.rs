@@ -9,7 +9,7 @@ use situ::decisions::Modify;
 use situ::edit::{Edit, difference};
 use situ::keyframe::parameters::KeyframeParameters;
 use situ::keyframe::policy::Execution;
-use situ::method::refinement::attribution::attribute;
+use situ::method::refinement::attribution::Attribution;
 use situ::method::{Learned, Method, named, refinement};
 use situ::place::{Place, SegmentId};
 use situ::segmentation::by_reference_object;
@@ -175,7 +175,8 @@ fn attribution_keeps_to_its_bounds() {
     let (child, probability) = model.most_probable_child(last, &segment.start).unwrap();
     let about = |min_probability, max_distance| {
         let rule = Modify { min_probability, max_distance, min_displacement: 0.0 };
-        let found = attribute(&model, &learner, &rule, last, None, segment, &mut Default::default()).unwrap();
+        let attribution = Attribution { model: &model, learner: &learner, rule: &rule };
+        let found = attribution.of(last, None, segment, &mut Default::default()).unwrap();
         found.map(Place::Node)
     };
     assert_eq!(about(probability, 40.0), Some(child));

@@ -2,16 +2,17 @@
 
 use crate::keyframe::hmm::{EmissionDensity, Hmm};
 
-/// An upper bound on KL(p ‖ q) of whole sequences by the chain rule, over the expected length of p: nats a frame.
+/// An upper bound on KL(p ‖ q) of whole sequences by the chain rule, divided by the expected length of p: nats per
+/// frame.
 ///
-/// With as many states each, state i of one stands for state i of the other:
-/// Σ π log(π/π′) + Σ n_i [KL(b_i ‖ b′_i) + Σ over j and the end of a_ij log(a_ij/a′_ij)], n the expected visits.
+/// If both have as many states, state i of one corresponds to state i of the other: Σ π log(π/π′) + Σ n_i [KL(b_i ‖
+/// b′_i) + Σ_j a_ij log(a_ij/a′_ij)], where j also runs over the end and n_i are the expected visits.
 ///
-/// With different numbers of states there is no such bound. Then each state of p is assigned a state of q, never going
-/// back, so that Σ n_i [KL(b_i ‖ b′) + KL of staying or leaving] is least, by dynamic programming. States of q that
-/// none is assigned to cost nothing here: the other direction counts them.
+/// If the numbers of states differ, there is no such bound. Then each state of p is assigned a state of q, in order and
+/// never back, so that Σ n_i [KL(b_i ‖ b′) + KL of staying or leaving] is least, by dynamic programming. A state of q
+/// without a state of p costs nothing here: the other direction counts it.
 ///
-/// Infinite where q cannot do what p can. Not symmetric: average it with the other direction.
+/// Infinite if q cannot do what p can. It is not symmetric: average it with the other direction.
 pub fn transient_bound<E: EmissionDensity>(p: &Hmm<E>, q: &Hmm<E>) -> f64 {
     let visits = p.expected_visits();
     let length: f64 = visits.iter().sum();
@@ -26,7 +27,7 @@ fn same_states<E: EmissionDensity>(p: &Hmm<E>, q: &Hmm<E>, visits: &[f64]) -> f6
     let k = p.states();
     let mut total: f64 = p.initial.iter().zip(&q.initial).map(|(own, other)| relative_entropy(*own, *other)).sum();
     for (state, visit) in visits.iter().enumerate() {
-        // A state that is never visited adds nothing, however far off its twin is.
+        // A state that is never visited adds nothing, even if its counterpart differs without bound.
         if *visit > 0.0 {
             let row = state * k..(state + 1) * k;
             let ways = p.transition[row.clone()].iter().zip(&q.transition[row]);
@@ -39,7 +40,7 @@ fn same_states<E: EmissionDensity>(p: &Hmm<E>, q: &Hmm<E>, visits: &[f64]) -> f6
 }
 
 fn aligned<E: EmissionDensity>(p: &Hmm<E>, q: &Hmm<E>, visits: &[f64]) -> f64 {
-    // best[j]: the least cost of the states of p so far with the last of them assigned to state j of q.
+    // best[j]: the least cost of the states of p so far, if the last of them is assigned to state j of q.
     let mut best = vec![0.0; q.states()];
     for (state, visit) in visits.iter().enumerate() {
         let mut least = f64::INFINITY;
@@ -58,7 +59,7 @@ fn stay<E>(hmm: &Hmm<E>, state: usize) -> f64 {
     hmm.transition[state * hmm.states() + state]
 }
 
-/// p log(p/q); 0 where p is 0.
+/// p log(p/q), and 0 if p is 0.
 fn relative_entropy(p: f64, q: f64) -> f64 {
     if p > 0.0 { p * libm::log(p / q) } else { 0.0 }
 }

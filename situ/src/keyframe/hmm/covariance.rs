@@ -14,7 +14,7 @@ pub(super) struct Covariance {
 
 impl Covariance {
     /// # Errors
-    /// [`HmmError::NotPositiveDefinite`] where it is not.
+    /// [`HmmError::NotPositiveDefinite`] if it is not.
     pub(super) fn new(matrix: Matrix6<f64>) -> Result<Self, HmmError> {
         let mut factor = Matrix6::zeros();
         let mut pivots = [0.0; 6];
@@ -34,7 +34,7 @@ impl Covariance {
                 }
             }
         }
-        // One logarithm of their product, unless that is beyond what a number holds.
+        // One logarithm of the product of the pivots, unless a float cannot hold the product.
         let times = |product: f64, pivot: &f64| Some(product * pivot).filter(|next| next.is_normal());
         let product = pivots.iter().try_fold(1.0, times);
         let log_determinant = product.map_or_else(|| pivots.iter().map(|pivot| libm::log(*pivot)).sum(), libm::log);

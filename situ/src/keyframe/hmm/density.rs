@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-/// A density over frames, as a hidden state emits them.
+/// The density of the frames that a hidden state emits.
 pub trait EmissionDensity {
     /// What is emitted at one step.
     type Frame;
@@ -10,9 +10,11 @@ pub trait EmissionDensity {
     /// Log density of a frame.
     fn log_density(&self, frame: &Self::Frame) -> f64;
 
-    /// Log density of many frames under each of several emissions, a column an emission: that of frame t under emission
-    /// k at `k * length + t`, where `length`, the length of `columns` over the number of emissions, is at least the
-    /// number of frames. The rest of a column is left to the implementation.
+    /// The log densities of many frames under each of several emissions, one column per emission.
+    ///
+    /// That of frame t under emission k is at `k * length + t`. `length` is the length of `columns` divided by the
+    /// number of emissions; it is at least the number of frames. The implementation may write anything into the rest of
+    /// a column.
     fn log_densities(emissions: &[Self], frames: &[&Self::Frame], columns: &mut [f64])
     where
         Self: Sized,

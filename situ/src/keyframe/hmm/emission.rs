@@ -14,7 +14,7 @@ use crate::demonstration::{Gripper, Pose};
 use crate::keyframe::pose::{Tangent, exp, log, rotation_exp};
 use crate::random::standard_normal;
 
-/// Number of dimensions of a pose's tangent space.
+/// The number of dimensions of a pose's tangent space.
 const DIMENSIONS: f64 = 6.0;
 /// log 2π.
 const LOG_TWO_PI: f64 = 1.837_877_066_409_345_5;
@@ -24,24 +24,25 @@ const LOG_TWO_PI: f64 = 1.837_877_066_409_345_5;
 pub struct Observation {
     /// The pose, in the frame of the reference object.
     pub pose: Pose,
-    /// The gripper command; none where it is not part of the model (signatures).
+    /// The gripper command. `None` if it is not part of the model, as in signatures.
     pub gripper: Option<Gripper>,
 }
 
-/// A Gaussian in the tangent space at its mean pose (decision D13), times the gripper command's distribution.
+/// A Gaussian in the tangent space at its mean pose (decision D13), times the distribution of the gripper command.
 ///
-/// The density is with respect to metres and radians of that tangent space. To change a mean or a covariance make a new
-/// emission by [`Emission::new`]: the factor of the covariance is kept beside it.
+/// The density is with respect to metres and radians of that tangent space. To change a mean or a covariance, make a
+/// new emission by [`Emission::new`], because the factor of the covariance is stored too.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Stored", into = "Stored")]
 pub struct Emission {
     /// The mean pose.
     pub mean: Pose,
-    /// Covariance of the likelihood, prior and all (decision D12): metres and radians, position first, shape (6, 6).
+    /// The covariance of the likelihood, the prior included (decision D12): metres and radians, position first, shape
+    /// (6, 6).
     pub covariance: Matrix6<f64>,
-    /// The data's own scatter about the mean, without a prior (decision D15): shape (6, 6), often singular.
+    /// The scatter of the data about the mean, without a prior (decision D15): shape (6, 6), often singular.
     pub scatter: Matrix6<f64>,
-    /// The gripper command; none where the data had none.
+    /// The gripper command. `None` if the data had none.
     pub gripper: Option<GripperEmission>,
     /// W with Wᵀ W = Σ⁻¹, lower triangular: the inverse of the Cholesky factor.
     whitening: Matrix6<f64>,
@@ -53,7 +54,7 @@ impl Emission {
     /// An emission of this mean and covariance.
     ///
     /// # Errors
-    /// [`HmmError::NotPositiveDefinite`] where `covariance` is not.
+    /// [`HmmError::NotPositiveDefinite`] if `covariance` is not.
     pub fn new(
         mean: Pose,
         covariance: Matrix6<f64>,
@@ -67,7 +68,7 @@ impl Emission {
         Ok(emission)
     }
 
-    /// Becomes the emission of this mean and covariance.
+    /// Turns this into the emission of this mean and covariance.
     pub(super) fn set(
         &mut self,
         mean: Pose,
@@ -80,7 +81,7 @@ impl Emission {
         self.log_normaliser = -0.5 * (DIMENSIONS * LOG_TWO_PI + covariance.log_determinant);
     }
 
-    /// The most probable kind of command, with its mean value; none where the data had none.
+    /// The most probable kind of command, with its mean value. `None` if the data had no command.
     pub fn gripper_command(&self) -> Option<Gripper> {
         self.gripper.map(|gripper| gripper.most_probable())
     }
@@ -91,7 +92,7 @@ impl Emission {
         Self { gripper: None, ..self.clone() }
     }
 
-    /// Squared Mahalanobis length of a tangent vector at the mean.
+    /// The squared Mahalanobis length of a tangent vector at the mean.
     pub fn mahalanobis_squared(&self, tangent: &Tangent) -> f64 {
         let mut sum = 0.0;
         for row in 0..6 {
@@ -104,17 +105,18 @@ impl Emission {
         sum
     }
 
-    /// Log density of the pose alone.
+    /// The log density of the pose alone.
     pub fn pose_log_density(&self, pose: &Pose) -> f64 {
         self.log_normaliser - 0.5 * self.mahalanobis_squared(&log(&self.mean, pose))
     }
 
-    /// The pose's part as the kernels take it.
+    /// The Gaussian over the pose, as the kernels take it.
     pub(super) fn gaussian(&self) -> Gaussian {
         Gaussian::new(&self.whitening, self.log_normaliser)
     }
 
-    /// Adds what the commands count, where they and the emission's distribution of them are there.
+    /// Adds the log densities of the commands. A frame without a command adds 0, and so does an emission without
+    /// commands.
     pub(super) fn add_log_densities_of_commands(
         &self,
         commands: impl Iterator<Item = Option<Gripper>>,
@@ -148,7 +150,7 @@ impl Emission {
 impl EmissionDensity for Emission {
     type Frame = Observation;
 
-    /// A frame without a command, or an emission without one, is judged by its pose alone.
+    /// If the frame or the emission has no command, only the pose counts.
     fn log_density(&self, frame: &Observation) -> f64 {
         let gripper = match (self.gripper, frame.gripper) {
             (Some(emission), Some(command)) => emission.log_density(command),
@@ -165,12 +167,12 @@ impl EmissionDensity for Emission {
         }
     }
 
-    /// The other mean is expressed in the tangent space at this one's, its covariance transported there along the
-    /// geodesic (Zeestraten et al. 2017). The commands count where both have one.
+    /// The other's mean is expressed in the tangent space at this mean, and its covariance is transported there along
+    /// the geodesic (Zeestraten et al. 2017). The commands count if both emissions have one.
     fn kl(&self, other: &Self) -> f64 {
         let apart = log(&self.mean, &other.mean);
-        // In body coordinates, transport along Exp(ω) turns a tangent vector by −ω/2, and back by P = +ω/2. The other's
-        // covariance here is P Σ Pᵀ, so its whitening is W Pᵀ.
+        // In body coordinates, transport along Exp(ω) turns a tangent vector by −ω/2, and transport back by P = +ω/2.
+        // The other's covariance is P Σ Pᵀ here, so its whitening is W Pᵀ.
         let back = rotation(&(-0.5 * Vector3::new(apart[3], apart[4], apart[5])));
         let mut transport = Matrix6::identity();
         transport.fixed_view_mut::<3, 3>(3, 3).copy_from(&back);
@@ -206,7 +208,7 @@ fn rotation(vector: &Vector3<f64>) -> Matrix3<f64> {
     rotation_exp(vector).to_rotation_matrix().into_inner()
 }
 
-/// What is written of an emission: all but what follows from it.
+/// What is written of an emission. The rest follows from it.
 #[derive(Serialize, Deserialize)]
 struct Stored {
     mean: Pose,
@@ -239,7 +241,7 @@ mod tests {
     use crate::keyframe::hmm::residuals::Residuals;
     use crate::vector::LANES;
 
-    /// Blocks of frames and one frame after the other, near the mean and as far as a rotation can be.
+    /// Blocks of frames give what single frames give, near the mean and as far as a rotation can be.
     #[test]
     fn blocks_are_what_one_frame_after_the_other_is() {
         let mut rng = ChaCha8Rng::seed_from_u64(5);

@@ -15,74 +15,75 @@ use crate::demonstration::{Gripper, Pose};
 use crate::keyframe::pose::{MEAN_STEPS, MEAN_TOLERANCE, dominant_rotation, turn};
 use crate::vector::{LANES, fours_mut, sum};
 
-/// A state with no more expected frames than this keeps the parameters it had.
+/// A state with at most this many expected frames keeps its parameters.
 const EMPTY_STATE: f64 = 1e-12;
-/// Log determinants less than this apart are the same but for rounding: of a state with next to no frames both are the
-/// prior's.
+/// Two log determinants that differ by less than this are the same up to rounding. If a state has next to no frames,
+/// both are the prior's.
 const ROUNDING: f64 = 1e-9;
-/// Re-estimations that the records of a fit have room for from the start.
+/// Re-estimations that the records of a fit have room for at the start.
 const USUAL_ITERATIONS: usize = 100;
-/// Frames whose share of a state is below this are left out of its sums: together they are under the rounding error.
+/// A frame whose share of a state is below this part of the total is left out of the state's sums. All such frames
+/// together are below the rounding error.
 const NEGLIGIBLE_SHARE: f64 = 1e-20;
 
-/// A fitted model and how it was reached.
+/// A fitted model, and how the fit went.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HmmFit {
     /// The model.
     pub hmm: Hmm,
-    /// Re-estimations made.
+    /// The number of re-estimations.
     pub iterations: usize,
     /// Whether the objective came to rest before the iterations ran out.
     pub converged: bool,
-    /// Log likelihood of the sequences before the first re-estimation and after each: `iterations + 1` numbers.
+    /// The log likelihood of the sequences before the first re-estimation and after each: `iterations + 1` numbers.
     pub log_likelihoods: Vec<f64>,
-    /// The objective that re-estimation climbs, at the same moments: the log likelihood plus the log prior of the
-    /// covariances and of the gripper commands, but for constants.
+    /// The objective that the re-estimation climbs, at the same moments: the log likelihood plus the log prior of the
+    /// covariances and of the gripper commands, up to constants.
     ///
-    /// No re-estimation lowers it, but for rounding; the log likelihood alone can fall. With rotations that holds
-    /// because of a guard: the weighted mean on the manifold need not be the best mean for a full covariance, and where
-    /// it is worse than the mean before, each with its own best covariance, that one is kept for this step.
+    /// No re-estimation lowers it, up to rounding; the log likelihood alone can fall. With rotations a guard is needed
+    /// for that. The weighted mean on the manifold need not be the best mean for a full covariance. If it is worse than
+    /// the mean before, each with its own best covariance, the mean before stays for this step.
     pub objectives: Vec<f64>,
-    /// Expected number of frames in each state under the model, shape (K).
+    /// The expected number of frames in each state under the model, shape (K).
     pub occupancy: Vec<f64>,
 }
 
 impl HmmFit {
-    /// Log likelihood of the sequences under the model.
+    /// The log likelihood of the sequences under the model.
     pub fn log_likelihood(&self) -> f64 {
         *self.log_likelihoods.last().expect("that of the start at least")
     }
 }
 
-/// What one fit needs besides the model; nothing is allocated again from one re-estimation to the next.
+/// What one fit needs besides the model. It is allocated once, before the first re-estimation.
 struct Workspace {
     recursion: Recursion,
     poses: Vec<Pose>,
     frames: Frames,
     grippers: Vec<Option<Gripper>>,
-    /// Of every state, every frame's residual in the tangent space at the state's mean, shape (K): the E step's
-    /// distances, the first step of the next mean and the scatter about the present one are all made of them.
+    /// One per state, shape (K): the residual of every frame in the tangent space at the state's mean. The distances of
+    /// the E step, the first step of the next mean and the scatter about the present mean are all computed from these.
     residuals: Vec<Residuals>,
     /// The residuals of one state at a mean that is tried.
     tried: Residuals,
-    /// Every frame's share of one state, 0 where it does not count; padded.
+    /// The share of one state in every frame, 0 if it is negligible; padded.
     weights: Vec<f64>,
-    /// The fours of frames among which one counts.
+    /// The indices of those fours of frames in which some share is above 0.
     weighty: Vec<usize>,
 }
 
 impl Hmm {
-    /// Fits a left-to-right model of `states` states: each can stay, go to the next, past it where `skip` is set, or
-    /// end.
+    /// Fits a left-to-right model of `states` states. Each state can stay, go to the next, end, and skip the next if
+    /// `skip` is set.
     ///
-    /// Starts from each sequence cut into `states` even runs; then re-estimates by expectation maximisation, maximum a
-    /// posteriori: Σ = (Σγrrᵀ + ν₀S₀)/(Σγ + ν₀) with r the residual in the tangent space at the weighted mean pose, and
-    /// probabilities of the chain that are proportional to their expected counts but never below the floor. The same
-    /// input gives the same bits.
+    /// The start is each sequence cut into `states` even runs. Then expectation maximisation re-estimates the model,
+    /// maximum a posteriori: Σ = (Σγrrᵀ + ν₀S₀)/(Σγ + ν₀), where r is the residual in the tangent space at the weighted
+    /// mean pose. The probabilities of the chain are proportional to their expected counts, but never below the floor.
+    /// The same input gives the same bits.
     ///
     /// # Errors
-    /// Where there is no sequence, one has no frame, or a number is not finite; where `states` is 0 or a parameter is
-    /// out of its range; where, with a floor of 0, a sequence is impossible.
+    /// If there is no sequence, a sequence has no frame, a number is not finite, `states` is 0, or a parameter is out
+    /// of its range. With a floor of 0, also if a sequence is impossible.
     pub fn fit(sequences: &[&[Observation]], states: usize, parameters: &HmmParameters) -> Result<HmmFit, HmmError> {
         if states == 0 {
             return Err(HmmError::NoState);
@@ -94,10 +95,10 @@ impl Hmm {
         workspace.climb(hmm, parameters)
     }
 
-    /// [`Hmm::fit`] from this model instead of the even cut: for re-estimation after new data came.
+    /// [`Hmm::fit`] from this model instead of the even cut: a re-estimation after new data came.
     ///
     /// # Errors
-    /// As [`Hmm::fit`]; and [`HmmError::Topology`] where this model has transitions that the parameters do not allow.
+    /// As [`Hmm::fit`]. Also [`HmmError::Topology`] if this model has transitions that the parameters do not allow.
     pub fn refit(&self, sequences: &[&[Observation]], parameters: &HmmParameters) -> Result<HmmFit, HmmError> {
         let k = self.states();
         if k == 0 {
@@ -120,7 +121,7 @@ impl Hmm {
     }
 }
 
-/// A model that knows nothing yet: every way as likely, every state at the prior.
+/// The model before any data: every open way equally likely, every state at the prior.
 fn blank(states: usize, workspace: &Workspace, parameters: &HmmParameters) -> Result<Hmm, HmmError> {
     let gripper = workspace.grippers.iter().any(Option::is_some).then(GripperEmission::unseen);
     let emission = Emission::new(Pose::identity(), prior(parameters), Matrix6::zeros(), gripper)?;
@@ -141,7 +142,7 @@ fn blank(states: usize, workspace: &Workspace, parameters: &HmmParameters) -> Re
     Ok(hmm)
 }
 
-/// The best covariance for a mean, from the weighted scatter about it.
+/// The best covariance for a mean, from the weighted scatter about that mean.
 fn best_covariance(scatter: &Matrix6<f64>, total: f64, parameters: &HmmParameters) -> Result<Covariance, HmmError> {
     Covariance::new((scatter + prior(parameters) * parameters.prior_weight) / (total + parameters.prior_weight))
 }
@@ -189,8 +190,8 @@ impl Workspace {
         })
     }
 
-    /// The start: frame t of T belongs to state ⌊tK/T⌋. Where a sequence has fewer frames than there are states, a
-    /// state without a frame borrows the one nearest to its place.
+    /// The start: frame t of T belongs to state ⌊tK/T⌋. If a sequence has fewer frames than there are states, a state
+    /// without a frame borrows the frame that is nearest to its place.
     fn cut_evenly(&mut self, states: usize) {
         for sequence in 0..self.recursion.starts().len() - 1 {
             let [start, after] = [0, 1].map(|end| self.recursion.starts()[sequence + end]);
@@ -213,7 +214,7 @@ impl Workspace {
         }
     }
 
-    /// Climbs until the objective comes to rest.
+    /// Re-estimates until the objective comes to rest.
     fn climb(&mut self, mut hmm: Hmm, parameters: &HmmParameters) -> Result<HmmFit, HmmError> {
         let moments = parameters.max_iterations.min(USUAL_ITERATIONS) + 1;
         let mut log_likelihoods = Vec::with_capacity(moments);
@@ -237,7 +238,7 @@ impl Workspace {
         }
     }
 
-    /// The E step; returns the log likelihood of all sequences.
+    /// The E step. Returns the log likelihood of all sequences.
     fn expect(&mut self, hmm: &Hmm) -> Result<f64, HmmError> {
         for (state, (emission, residuals)) in hmm.emissions.iter().zip(&self.residuals).enumerate() {
             let column = self.recursion.log_densities_mut().column_mut(state);
@@ -251,7 +252,7 @@ impl Workspace {
         }
     }
 
-    /// The first M step: of shares that no model made, with means that are no guess.
+    /// The first M step. Its shares come from the even cut, so the means before it are no guess.
     fn begin(&mut self, hmm: &mut Hmm, parameters: &HmmParameters) -> Result<(), HmmError> {
         for (state, emission) in hmm.emissions.iter_mut().enumerate() {
             if self.gather(state).is_some() {
@@ -263,7 +264,7 @@ impl Workspace {
         self.maximise::<false>(hmm, parameters)
     }
 
-    /// The M step. Where the means are a `GUESS`, one that is better than the next stays.
+    /// The M step. If the means are a `GUESS`, a mean that is better than the next one stays.
     fn maximise<const GUESS: bool>(&mut self, hmm: &mut Hmm, parameters: &HmmParameters) -> Result<(), HmmError> {
         self.maximise_chain(hmm, parameters);
         for (state, emission) in hmm.emissions.iter_mut().enumerate() {
@@ -294,7 +295,7 @@ impl Workspace {
             let best = |scatter: &Matrix6<f64>| best_covariance(scatter, total, parameters);
             let covariance = best(&about_next)?;
             if turned && GUESS {
-                // With the best covariance for each mean, the objective is lower where the determinant is greater.
+                // If each mean has its best covariance, the objective is lower where the determinant is greater.
                 let stayed = best(&about_guess)?;
                 if stayed.log_determinant < covariance.log_determinant - ROUNDING {
                     emission.set(emission.mean, &stayed, about_guess / total, gripper);
@@ -309,7 +310,7 @@ impl Workspace {
         Ok(())
     }
 
-    /// Takes out every frame's share of a state, and returns their sum; none where there is next to nothing.
+    /// Reads the share of a state in every frame, and returns the sum of the shares. `None` if the sum is next to 0.
     fn gather(&mut self, state: usize) -> Option<f64> {
         self.recursion.occupancy_of(state, &mut self.weights);
         let total = sum(&self.weights);
@@ -338,7 +339,7 @@ impl Workspace {
         Some(gripper)
     }
 
-    /// Starts, transitions and ends, from the expected counts.
+    /// The starts, transitions and ends, from the expected counts.
     fn maximise_chain(&self, hmm: &mut Hmm, parameters: &HmmParameters) {
         let k = hmm.states();
         let floor = parameters.transition_floor;

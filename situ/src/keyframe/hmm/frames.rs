@@ -1,7 +1,7 @@
-//! Frames and their residuals in blocks: what the fit goes through again and again, four frames at once.
+//! Frames in blocks of four: the fit reads them again and again, four frames at once.
 //!
-//! A block has four numbers along each axis. The last is filled up, and a column of one number a frame is padded to
-//! whole fours ([`LANES`]); what is computed of the padding counts nowhere.
+//! A block has four numbers along each axis. The last block is filled up, and a column with one number per frame is
+//! padded to whole fours ([`LANES`]). What is computed from the padding counts nowhere.
 
 use nalgebra::UnitQuaternion;
 
@@ -10,7 +10,7 @@ use crate::demonstration::Pose;
 use crate::keyframe::pose::{log_scales, rotation_log};
 use crate::vector::{Four, Kernel, LANES, Wide, fours_mut, widest};
 
-/// A number of each of four frames, along each of some axes.
+/// Four frames, along each of N axes.
 pub(super) type Block<const N: usize> = [[f64; LANES]; N];
 
 /// The poses of all frames.
@@ -47,13 +47,13 @@ impl Frames {
         self.count.next_multiple_of(LANES)
     }
 
-    /// The log density of every frame's pose under a Gaussian at a mean, into a padded column.
+    /// Writes the log density of every frame's pose under a Gaussian at a mean into a padded column.
     pub(super) fn log_densities(&self, mean: &Pose, gaussian: Gaussian, log_densities: &mut [f64]) {
         widest(OfFrames { frames: self, mean: Mean::of(mean), gaussian, log_densities: fours_mut(log_densities) });
     }
 }
 
-/// A mean as numbers.
+/// A mean pose as plain numbers.
 pub(super) struct Mean {
     pub(super) position: [f64; 3],
     /// i, j, k, w.
@@ -71,7 +71,7 @@ impl Mean {
 fn turns_of<S: Wide>(simd: S, rotations: &Block<4>, mean: [f64; 4]) -> [Four<S>; 3] {
     let [i, j, k, w] = Four::all(simd, rotations);
     let [mi, mj, mk, mw] = mean;
-    // The mean's conjugate times the rotation.
+    // The conjugate of the mean times the rotation.
     let real = w * mw + i * mi + j * mj + k * mk;
     let x = i * mw - w * mi - k * mj + j * mk;
     let y = j * mw + k * mi - w * mj - i * mk;
@@ -84,7 +84,7 @@ fn turns_of<S: Wide>(simd: S, rotations: &Block<4>, mean: [f64; 4]) -> [Four<S>;
     [x * scale, y * scale, z * scale]
 }
 
-/// The same where there is half a turn among the four, of which no sign is nearer: [`rotation_log`] chooses.
+/// The same if one of the four is half a turn. There neither sign is nearer, and [`rotation_log`] chooses.
 #[cold]
 fn half_turns<S: Wide>(simd: S, real: Four<S>, imaginary: [Four<S>; 3], scale: Four<S>) -> [Four<S>; 3] {
     let [mut x, mut y, mut z] = imaginary.map(|vector| (vector * scale.with_signs_of(real)).numbers());

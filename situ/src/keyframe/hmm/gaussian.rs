@@ -1,12 +1,12 @@
-//! The Gaussian of a hidden state as the kernels take it.
+//! The Gaussian of a hidden state, as the kernels take it.
 
 use nalgebra::Matrix6;
 
 use crate::vector::{Four, Wide};
 
-/// Dimensions of a tangent vector.
+/// The number of dimensions of a tangent vector.
 pub(super) const AXES: usize = 6;
-/// Entries of a lower triangle.
+/// The number of entries of a lower triangle.
 pub(super) const TRIANGLE: usize = AXES * (AXES + 1) / 2;
 
 /// The log density of a Gaussian as a function of the residuals: `log_normaliser` − ½ |W r|².
@@ -17,7 +17,7 @@ pub(super) struct Gaussian {
 }
 
 impl Gaussian {
-    /// `whitening`: W with |W r|² the squared Mahalanobis length of r, lower triangular.
+    /// From W, which is lower triangular; |W r|² is the squared Mahalanobis length of r.
     pub(super) fn new(whitening: &Matrix6<f64>, log_normaliser: f64) -> Self {
         let mut triangle = [0.0; TRIANGLE];
         let mut at = 0;

@@ -1,4 +1,4 @@
-//! The gripper command of a hidden state: which kind, and how much of it (decision D11).
+//! The gripper command of a hidden state: its kind and its value (decision D11).
 
 use core::f64::consts::PI;
 
@@ -9,21 +9,22 @@ use super::parameters::HmmParameters;
 use crate::demonstration::Gripper;
 use crate::random::standard_normal;
 
-/// The kinds of command, in the order of the arrays here.
+/// The number of kinds. Arrays here have the order `Opening`, `Open`, `Close`.
 const KINDS: usize = 3;
-/// Prior standard deviation within a kind: a tenth of the stroke, a centimetre, five newtons.
+/// The prior standard deviation within a kind: a tenth of the stroke, a centimetre, five newtons.
 const FLOOR: [f64; KINDS] = [0.1, 0.01, 5.0];
-/// Mean, and standard deviation, of a kind that was never seen: the middle of what the hand can do, and all of it.
+/// The mean of a kind that was never seen, and also its standard deviation: the middle of the hand's range, and the
+/// whole range.
 const UNSEEN: [f64; KINDS] = [0.5, 0.04, 20.0];
 
 /// A categorical distribution over the kinds of command, and a Gaussian over the value within each.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GripperEmission {
-    /// Probability of `Opening`, `Open`, `Close`.
+    /// The probability of each kind.
     pub probabilities: [f64; KINDS],
-    /// Mean value of each kind: fraction, metres, newtons.
+    /// The mean value of each kind: fraction, metres, newtons.
     pub means: [f64; KINDS],
-    /// Variance of each kind, in the square of its unit; the prior is in it.
+    /// The variance of each kind, in the square of its unit, the prior included.
     pub variances: [f64; KINDS],
 }
 
@@ -43,14 +44,14 @@ fn command(kind: usize, value: f64) -> Gripper {
     }
 }
 
-/// An emission with the logarithms that its densities need.
+/// An emission, with the logarithms that its densities need.
 pub(super) struct Scores {
     emission: GripperEmission,
     log_normalisers: [f64; KINDS],
 }
 
 impl Scores {
-    /// [`GripperEmission::log_density`].
+    /// See [`GripperEmission::log_density`].
     pub(super) fn log_density(&self, command: Gripper) -> f64 {
         let kind = index(command);
         self.log_normalisers[kind] - self.emission.half_squared(kind, command.value())
@@ -58,18 +59,18 @@ impl Scores {
 }
 
 impl GripperEmission {
-    /// Before any command is seen: every kind as likely.
+    /// Before any command is seen, every kind is equally likely.
     pub(super) fn unseen() -> Self {
         Self { probabilities: [1.0 / KINDS as f64; KINDS], means: UNSEEN, variances: UNSEEN.map(|value| value * value) }
     }
 
-    /// Log density; the value is measured in the unit of its kind.
+    /// The log density of a command. The value is in the unit of its kind.
     pub fn log_density(&self, command: Gripper) -> f64 {
         let kind = index(command);
         self.log_normaliser(kind) - self.half_squared(kind, command.value())
     }
 
-    /// What densities are made of, for many commands.
+    /// The emission prepared for the densities of many commands.
     pub(super) fn scores(&self) -> Scores {
         Scores { emission: *self, log_normalisers: [0, 1, 2].map(|kind| self.log_normaliser(kind)) }
     }
@@ -84,7 +85,7 @@ impl GripperEmission {
         0.5 * error * error / self.variances[kind]
     }
 
-    /// KL(self ‖ other): of the kinds, and of the values within each.
+    /// KL(self ‖ other): that of the kinds, and that of the values within each kind.
     pub fn kl(&self, other: &Self) -> f64 {
         let mut sum = 0.0;
         for kind in 0..KINDS {
@@ -99,7 +100,7 @@ impl GripperEmission {
         sum
     }
 
-    /// A command drawn from the density. The value is not clipped to what the hand can do.
+    /// A command drawn from the density. The value is not clipped to the range of the hand.
     pub fn sample(&self, rng: &mut impl Rng) -> Gripper {
         let uniform = rng.random::<f64>();
         let kind = if uniform < self.probabilities[0] {
@@ -123,8 +124,8 @@ impl GripperEmission {
         command(best, self.means[best])
     }
 
-    /// Maximum a posteriori from weighted commands: kinds smoothed by `gripper_smoothing` frames each, variances with
-    /// `prior_weight` frames at the kind's floor. A kind without weight keeps what it had.
+    /// The maximum a posteriori from weighted commands. Each kind is smoothed by `gripper_smoothing` frames, and each
+    /// variance by `prior_weight` frames at the kind's floor. A kind without weight keeps its values.
     pub(super) fn estimate(
         &mut self,
         commands: impl Iterator<Item = (Gripper, f64)> + Clone,

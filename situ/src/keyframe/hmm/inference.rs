@@ -1,10 +1,10 @@
 //! Likelihood, posteriors and best path.
 //!
-//! Two skills can be hundreds of standard deviations apart, and a recursion that scales each frame by one number would
-//! lose the paths that matter. So a sequence of a left-to-right model is first gone through in plain numbers, each
-//! frame scaled by its greatest density. Scaled so, what underflows is below e^−708 of the product of the greatest
-//! densities; where the likelihood is far above that, nothing of it was lost. Where it is not, or the model is of
-//! another topology, the sequence is gone through in numbers that have an exponent of their own.
+//! Two skills can be hundreds of standard deviations apart. A recursion that only scales each frame by one number would
+//! lose the paths that matter. So there are two recursions. The first is for left-to-right models, in plain floats,
+//! where each frame is scaled by its greatest density. What underflows there is below e^−708 of the product of the
+//! greatest densities. If the likelihood is far above that, nothing of it was lost. Otherwise, and for a model of
+//! another topology, the second recursion runs: its numbers have an exponent of their own.
 
 mod cells;
 mod general;
@@ -18,19 +18,20 @@ pub(super) use recursion::Recursion;
 use super::density::EmissionDensity;
 use super::model::Hmm;
 
-/// Expected counts of one sequence of T frames under a model of K states.
+/// The expected counts of one sequence of T frames under a model of K states.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expectations {
-    /// Log probability of the sequence, its end included.
+    /// The log probability of the sequence, its end included.
     pub log_likelihood: f64,
-    /// Probability of state k at frame t at `t * K + k`, shape (T, K). The first row counts starts, the last one ends.
+    /// The probability of state k at frame t at `t * K + k`, shape (T, K). The first row counts starts, the last row
+    /// counts ends.
     pub occupancy: Vec<f64>,
-    /// Expected number of transitions from i to j at `i * K + j`, shape (K, K).
+    /// The expected number of transitions from i to j at `i * K + j`, shape (K, K).
     pub transitions: Vec<f64>,
 }
 
 impl<E: EmissionDensity> Hmm<E> {
-    /// The recursions over these sequences that have frames, the log densities filled in.
+    /// The recursions over those of the sequences that have frames, with the log densities filled in.
     fn recursion<S: AsRef<[E::Frame]>>(&self, sequences: &[S]) -> Recursion {
         let mut starts = Vec::with_capacity(sequences.len() + 1);
         starts.push(0);
@@ -45,17 +46,17 @@ impl<E: EmissionDensity> Hmm<E> {
         recursion
     }
 
-    /// Log probability of a sequence, its end included. −∞ for no frame: every sequence has one.
+    /// The log probability of a sequence, its end included. −∞ without a frame: every sequence has at least one.
     pub fn log_likelihood(&self, frames: &[E::Frame]) -> f64 {
         if frames.is_empty() { f64::NEG_INFINITY } else { self.total_log_likelihood(&[frames]) }
     }
 
-    /// [`Hmm::log_likelihood`] of several sequences, summed in their order; those without a frame do not count.
+    /// [`Hmm::log_likelihood`] of several sequences, summed in their order. A sequence without a frame does not count.
     pub fn total_log_likelihood<S: AsRef<[E::Frame]>>(&self, sequences: &[S]) -> f64 {
         self.recursion(sequences).forward(self).iter().sum()
     }
 
-    /// Posterior counts of a sequence (the E step). None where the sequence has probability 0 or no frame.
+    /// The posterior counts of a sequence (the E step). `None` if the sequence has probability 0 or no frame.
     pub fn expectations(&self, frames: &[E::Frame]) -> Option<Expectations> {
         if frames.is_empty() {
             return None;

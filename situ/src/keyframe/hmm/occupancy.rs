@@ -1,14 +1,14 @@
-//! How long a model's sequences are, and where they spend their time.
+//! How long the sequences of a model are, and how much time they spend in each state.
 
 use super::model::Hmm;
 
 impl<E> Hmm<E> {
-    /// Expected number of frames in each state, n = πᵀ (I − A)⁻¹, shape (K). Infinite throughout where some sequence
+    /// The expected number of frames in each state, n = πᵀ (I − A)⁻¹, shape (K). All are infinite if some sequence
     /// never ends.
     pub fn expected_visits(&self) -> Vec<f64> {
         let k = self.states();
-        // (I − A)ᵀ n = π by elimination. No rows are exchanged: rows of A sum to at most 1, so in every column the
-        // diagonal outweighs the rest, and elimination keeps that.
+        // (I − A)ᵀ n = π by elimination. No rows are exchanged. The rows of A sum to at most 1, so in every column the
+        // diagonal outweighs the rest, and elimination preserves that.
         let mut matrix: Vec<f64> = (0..k * k)
             .map(|at| f64::from(u8::from(at / k == at % k)) - self.transition[(at % k) * k + at / k])
             .collect();
@@ -34,7 +34,7 @@ impl<E> Hmm<E> {
         visits
     }
 
-    /// Expected number of frames of a sequence.
+    /// The expected number of frames of a sequence.
     pub fn expected_length(&self) -> f64 {
         self.expected_visits().iter().sum()
     }

@@ -3,24 +3,24 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// What [`super::Hmm::fit`] depends on beside the data.
+/// The parameters of [`super::Hmm::fit`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HmmParameters {
-    /// Prior standard deviation of the positions, metres: the root of the first block of S₀ (decision D12).
+    /// The prior standard deviation of positions, metres: the root of the first block of S₀ (decision D12).
     pub position_floor: f64,
-    /// Prior standard deviation of the rotations, radians: the root of the second block of S₀ (decision D12).
+    /// The prior standard deviation of rotations, radians: the root of the second block of S₀ (decision D12).
     pub rotation_floor: f64,
-    /// Weight ν₀ of the prior, in frames (decision D12).
+    /// The weight ν₀ of the prior, in frames (decision D12).
     pub prior_weight: f64,
-    /// Least probability of a transition, an end or a start that the topology allows (decision D12).
+    /// The least probability of a transition, an end or a start that the topology allows (decision D12).
     pub transition_floor: f64,
-    /// Whether a state can be left out (decision D14). The way past it starts at the floor.
+    /// Whether a state can be skipped (decision D14). The probability of skipping starts at the floor.
     pub skip: bool,
-    /// Re-estimations at most.
+    /// The greatest number of re-estimations.
     pub max_iterations: usize,
-    /// Stop where the objective's relative change is below this.
+    /// The fit stops when the relative change of the objective is below this.
     pub tolerance: f64,
-    /// Frames that each kind of gripper command is credited with before any is seen.
+    /// Frames with which each kind of gripper command is credited before any command is seen.
     pub gripper_smoothing: f64,
 }
 
@@ -40,12 +40,14 @@ impl Default for HmmParameters {
     }
 }
 
-/// A row has at most four ways on (stay, next, skip, end), and the floor must leave room for them all.
+/// A row has at most four ways on (stay, next, skip, end), and the floor must leave room for all of them.
 const GREATEST_TRANSITION_FLOOR: f64 = 0.25;
 
 impl HmmParameters {
+    /// Checks the ranges.
+    ///
     /// # Errors
-    /// [`HmmError::Parameter`] for the first parameter out of its range.
+    /// [`HmmError::Parameter`] for the first parameter that is out of its range.
     pub fn check(&self) -> Result<(), HmmError> {
         let positive = |value: f64| value.is_finite() && value > 0.0;
         let rules = [
@@ -72,19 +74,19 @@ impl HmmParameters {
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum HmmError {
-    /// Nothing to fit to.
+    /// There is no sequence.
     #[error("no sequence: a model is fitted to at least one")]
     NoSequence,
-    /// A sequence without frames.
+    /// A sequence has no frame.
     #[error("sequence {sequence} has no frame")]
     EmptySequence {
         /// Index of the sequence.
         sequence: usize,
     },
-    /// A model of no state.
+    /// The model would have no state.
     #[error("0 states: a model has at least one")]
     NoState,
-    /// NaN or infinity in the data.
+    /// A number in the data is NaN or infinite.
     #[error("sequence {sequence}, frame {frame}: a pose or gripper value is not finite")]
     NotFinite {
         /// Index of the sequence.
@@ -92,19 +94,19 @@ pub enum HmmError {
         /// Index of the frame in it.
         frame: usize,
     },
-    /// A sequence that no path of the model explains; cannot happen with a transition floor above 0.
+    /// No path of the model explains a sequence. This cannot happen with a transition floor above 0.
     #[error("sequence {sequence} has probability 0 under every path")]
     Impossible {
         /// Index of the sequence.
         sequence: usize,
     },
-    /// A covariance that is not positive definite.
+    /// A covariance is not positive definite.
     #[error("a covariance is not positive definite")]
     NotPositiveDefinite,
-    /// A model to start from that does not have the shape the parameters ask for.
+    /// The model to start from does not have the shape that the parameters ask for.
     #[error("the model to start from is not a left-to-right model of these parameters")]
     Topology,
-    /// A parameter out of its range.
+    /// A parameter is out of its range.
     #[error("parameter `{parameter}` is {value}: {rule}")]
     Parameter {
         /// The parameter's name.

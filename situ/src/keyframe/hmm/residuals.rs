@@ -14,18 +14,18 @@ pub(super) struct Residuals {
 }
 
 impl Residuals {
-    /// Room for those of the frames.
+    /// Allocates the residuals of these frames.
     pub(super) fn new(frames: &Frames) -> Self {
         Self { blocks: vec![Block::default(); frames.positions.len()] }
     }
 
-    /// The residuals of all frames at a mean; returns Σ weight · turn, of weights in a padded column.
+    /// Computes the residuals of all frames at a mean. Returns Σ weight · turn, with the weights in a padded column.
     pub(super) fn measure(&mut self, frames: &Frames, mean: &Pose, weights: &[f64]) -> Vector3<f64> {
         let weights = fours(weights);
         widest(Measure { frames, mean: Mean::of(mean), weights, residuals: &mut self.blocks }).into()
     }
 
-    /// The positions' part of [`Residuals::measure`].
+    /// [`Residuals::measure`] for the positions only.
     pub(super) fn measure_positions(&mut self, frames: &Frames, mean: &Vector3<f64>) {
         for (residuals, positions) in self.blocks.iter_mut().zip(&frames.positions) {
             for ((residuals, positions), mean) in residuals.iter_mut().zip(positions).zip(mean.iter()) {
@@ -36,7 +36,7 @@ impl Residuals {
         }
     }
 
-    /// Σ weight · r and Σ weight · r rᵀ, of weights in a padded column over these blocks of it: the others have none.
+    /// Σ weight · r and Σ weight · r rᵀ, with the weights in a padded column. Only these blocks have weights above 0.
     pub(super) fn moments(&self, weights: &[f64], blocks: &[usize]) -> (Tangent, Matrix6<f64>) {
         let (sums, entries) = widest(Moments { residuals: &self.blocks, weights: fours(weights), blocks });
         let mut scatter = Matrix6::zeros();
@@ -50,7 +50,7 @@ impl Residuals {
         (sums.into(), scatter)
     }
 
-    /// The log density of every frame's pose under a Gaussian at the residuals' mean, into a padded column.
+    /// Writes the log density of every frame's pose under a Gaussian at the residuals' mean into a padded column.
     pub(super) fn log_densities(&self, gaussian: Gaussian, log_densities: &mut [f64]) {
         widest(OfResiduals { residuals: &self.blocks, gaussian, log_densities: fours_mut(log_densities) });
     }
@@ -113,7 +113,7 @@ impl Kernel for Moments<'_> {
     #[inline(always)]
     fn run<S: Wide>(self, simd: S) -> ([f64; AXES], [f64; TRIANGLE]) {
         let (mut sums, mut entries) = ([0.0; AXES], [0.0; TRIANGLE]);
-        // A third of the entries at a time: more running sums than that are not held in registers.
+        // A third of the entries at a time: the registers cannot hold more running sums.
         self.rows::<S, 3, 6>(simd, 0, &mut sums[..3], &mut entries[..6]);
         self.rows::<S, 2, 9>(simd, 3, &mut sums[3..5], &mut entries[6..15]);
         self.rows::<S, 1, 6>(simd, 5, &mut sums[5..], &mut entries[15..]);
@@ -150,14 +150,14 @@ impl Moments<'_> {
     }
 }
 
-/// The mean's next step, from the weighted sum of the turns and their scatter about the mean, both over the weights'
-/// sum.
+/// The next step of the mean. `turn` is the weighted sum of the turns, and `scatter` their weighted scatter about the
+/// mean, both divided by the sum of the weights.
 ///
-/// The logarithm's slope at a turn r is 1 + (r×)²/12 and higher terms; with it the steps converge at once where the
-/// turns are small.
+/// The slope of the logarithm at a turn r is 1 + (r×)²/12 plus higher terms. With this slope, the steps converge at
+/// once if the turns are small.
 pub(super) fn mean_step(turn: &Vector3<f64>, scatter: &Matrix3<f64>) -> Vector3<f64> {
     let slope = Matrix3::identity() - (Matrix3::from_diagonal_element(scatter.trace()) - scatter) / 12.0;
-    // Its eigenvalues are above 0.1 whatever the turns: they are at most π long.
+    // The eigenvalues are above 0.1 for any turns, as turns are at most π long.
     slope.try_inverse().map_or(*turn, |inverse| inverse * turn)
 }
 
@@ -168,7 +168,7 @@ mod tests {
     use super::*;
     use crate::keyframe::pose::rotation_log;
 
-    /// Half a turn has two rotation vectors, and both ways choose the same.
+    /// Half a turn has two rotation vectors. The kernel and [`rotation_log`] choose the same.
     #[test]
     fn half_a_turn() {
         let rotations = [[1.0, 0.0, 0.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -0.6, 0.8, 0.0], [0.0, 0.6, -0.8, -0.0]];

@@ -1,26 +1,26 @@
 //! The chain of a left-to-right model: which ways are open, and their probabilities from counts.
 
-/// Farthest state that state `from` of `states` can go on to: the next, or the one after where states can be left out.
+/// The farthest state that state `from` of `states` can go to: the next, or the one after it if states can be skipped.
 pub(super) fn farthest(from: usize, states: usize, skip: bool) -> usize {
     (from + 1 + usize::from(skip)).min(states - 1)
 }
 
-/// The last state that a sequence can start in: the first, or the second where states can be left out.
+/// The last state that a sequence can start in: the first, or the second if states can be skipped.
 pub(super) fn last_start(states: usize, skip: bool) -> usize {
     usize::from(skip).min(states - 1)
 }
 
-/// The probabilities, none below `floor`, that maximise Σ count · log probability; written over the counts.
+/// The probabilities, none below `floor`, that maximise Σ count · log probability. They overwrite the counts.
 ///
-/// Those that fall below the floor are put on it and the others share the rest in proportion to their counts, until
-/// none falls. That is the constrained maximum, so that a re-estimation never lowers the likelihood. Returns false, and
-/// leaves all as it was, where there is no count.
+/// A probability that would be below the floor is put on the floor. The others share the rest in proportion to their
+/// counts, until none is below. That is the constrained maximum, so a re-estimation never lowers the likelihood.
+/// Returns false, and changes nothing, if all counts are 0.
 pub(super) fn proportions(counts: &mut [f64], floor: f64) -> bool {
     let total: f64 = counts.iter().sum();
     if total <= 0.0 {
         return false;
     }
-    // A set bit is a way on the floor; a row has at most four ways.
+    // Which ways are on the floor. A row has at most four ways.
     let mut floored = [false; 4];
     let floored = &mut floored[..counts.len()];
     loop {

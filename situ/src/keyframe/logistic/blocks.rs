@@ -1,24 +1,24 @@
-//! Matrices in blocks of eight columns: what a regression multiplies, on the widest vectors.
+//! Matrices in blocks of eight columns, which a regression multiplies on the widest vectors.
 //!
-//! A block holds its eight numbers of every row, one row after the other. Rows and columns are padded with zeros, and
-//! so are vectors: to multiples of [`EIGHT`].
+//! A block holds eight numbers of every row, one row after the other. Rows, columns and vectors are padded with zeros
+//! to multiples of [`EIGHT`].
 
 use crate::vector::{EIGHT, joined, loops};
 
-/// What a row has in a block.
+/// The part of a row that is in a block.
 pub(super) type Eight = [f64; EIGHT];
 
-/// Samples that are gone through together, so that what is read twice is in the nearest cache.
+/// The number of samples that are processed together, so that data that is read twice is in the nearest cache.
 pub(super) const PANEL: usize = 64;
 
-/// Rows whose sums run side by side: a sum waits for the one before.
+/// The number of rows whose sums run side by side, because each addition waits for the one before it.
 const TOGETHER: usize = 4;
 
 /// A matrix.
 pub(super) struct Blocks {
     /// Shape (blocks, rows).
     numbers: Vec<Eight>,
-    /// Rows, padded.
+    /// The number of rows, padded.
     rows: usize,
 }
 
@@ -29,7 +29,7 @@ impl Blocks {
         Self { numbers: vec![[0.0; EIGHT]; rows * columns.div_ceil(EIGHT)], rows }
     }
 
-    /// Rows as they are, and a last column of ones: a matrix for each [`PANEL`] of them.
+    /// The rows as they are, with a last column of ones: one matrix for each [`PANEL`] rows.
     pub(super) fn panels(rows: &[&[f64]], dimension: usize) -> Vec<Self> {
         rows.chunks(PANEL).map(|rows| Self::with_ones(rows, dimension)).collect()
     }
@@ -53,7 +53,7 @@ impl Blocks {
         matrix
     }
 
-    /// Rows turned into columns: shape (d, n).
+    /// The rows turned into columns: shape (d, n).
     pub(super) fn transposed(rows: &[&[f64]], dimension: usize) -> Self {
         let mut matrix = Self::zeros(dimension, rows.len());
         let stride = matrix.rows;
@@ -65,12 +65,12 @@ impl Blocks {
         matrix
     }
 
-    /// Rows, padded.
+    /// The number of rows, padded.
     pub(super) fn rows(&self) -> usize {
         self.rows
     }
 
-    /// Columns, padded.
+    /// The number of columns, padded.
     pub(super) fn columns(&self) -> usize {
         self.numbers.len() / self.rows * EIGHT
     }
@@ -91,25 +91,25 @@ impl Blocks {
         self.numbers.chunks_exact(self.rows)
     }
 
-    /// The product with a vector of the columns' length.
+    /// The product with a vector, which has one number per column.
     pub(super) fn times(&self, vector: &[f64], products: &mut [f64]) {
         loops!(times, (self, vector, products));
     }
 
-    /// The product of the transpose with a vector of the rows' length.
+    /// The product of the transpose with a vector, which has one number per row.
     pub(super) fn transpose_times(&self, vector: &[f64], products: &mut [f64]) {
         products.fill(0.0);
         loops!(transpose_times, (self, vector, products));
     }
 
-    /// Xᵀ X, on and right of the diagonal: what is left of it, in the diagonal's blocks, is of no meaning.
+    /// Xᵀ X, on and right of the diagonal. The entries left of it, in the blocks of the diagonal, have no meaning.
     pub(super) fn square(&self) -> Self {
         let mut square = Self::zeros(self.columns(), self.columns());
         loops!(add_square, (&self.numbers[..], self, self.columns(), &mut square));
         square
     }
 
-    /// Xᵀ D X of so many columns with the diagonal D, on and right of the diagonal, of a matrix in panels.
+    /// Xᵀ D X of so many columns, with the diagonal D, on and right of the diagonal; X is in panels.
     pub(super) fn weighted_square(
         panels: &[Self],
         diagonal: &[f64],
@@ -140,7 +140,8 @@ impl Blocks {
     }
 }
 
-/// The sum of each pair. Values in and out: writing lane after lane to memory, the compiler may not make vectors of it.
+/// The sum of each pair. It takes and returns values: if lane after lane were written to memory, the compiler could not
+/// use vectors.
 #[inline(always)]
 pub(super) fn plus(mut left: Eight, right: Eight) -> Eight {
     for lane in 0..EIGHT {
@@ -167,7 +168,7 @@ pub(super) fn times_each(mut left: Eight, right: Eight) -> Eight {
     left
 }
 
-/// Eight numbers, each times a factor.
+/// Eight numbers, each times the factor.
 #[inline(always)]
 pub(super) fn scaled(numbers: Eight, factor: f64) -> Eight {
     times_each(numbers, [factor; EIGHT])
@@ -178,7 +179,7 @@ fn transpose_times((matrix, vector, sums): (&Blocks, &[f64], &mut [f64])) {
     add_transposed(matrix, vector, sums);
 }
 
-/// The product with a vector of the columns' length.
+/// The product with a vector, which has one number per column.
 #[inline(always)]
 pub(super) fn times((matrix, vector, products): (&Blocks, &[f64], &mut [f64])) {
     for (group, products) in products.as_chunks_mut::<TOGETHER>().0.iter_mut().enumerate() {
@@ -210,7 +211,7 @@ pub(super) fn add_transposed(matrix: &Blocks, factors: &[f64], sums: &mut [f64])
     }
 }
 
-/// Rows of Lᵀ R, those of L's columns from `FIRST` on.
+/// `ROWS` rows of Lᵀ R: those of the columns of L from `FIRST` on.
 #[inline(always)]
 pub(super) fn some_rows<const FIRST: usize, const ROWS: usize>(left: &[Eight], right: &[Eight]) -> [Eight; ROWS] {
     let mut sums = [[0.0; EIGHT]; ROWS];
@@ -244,7 +245,7 @@ fn weighted_square((panels, diagonal, size, workspace, square): (&[Blocks], &[f6
     }
 }
 
-/// Adds Lᵀ R of so many columns, on and right of the diagonal; L has the shape of R.
+/// Adds Lᵀ R of so many columns, on and right of the diagonal. L has the shape of R.
 #[inline(always)]
 fn add_square((left, right, size, square): (&[Eight], &Blocks, usize, &mut Blocks)) {
     for (index, left) in left.chunks_exact(right.rows).enumerate() {
@@ -267,8 +268,8 @@ fn add_square((left, right, size, square): (&[Eight], &Blocks, usize, &mut Block
 mod tests {
     use super::*;
 
-    /// Compiled for any processor and for the widest vectors of this one, a kernel has the same bits, and they are the
-    /// sum that they say.
+    /// A kernel has the same bits if it is compiled for any processor and for the widest vectors of this one. The sums
+    /// are right too.
     #[test]
     fn the_same_bits_on_the_widest_vectors() {
         let rows: Vec<Vec<f64>> =

@@ -1,9 +1,9 @@
-//! Newton's method in the samples' dimension.
+//! Newton's method in the dimension of the samples.
 //!
-//! Weights are w = c w₀ + Xᵀ α, w₀ those of the start, c = 1 and α = 0 at first; a full step brings c to 0, for at the
-//! minimum w = −Xᵀ r / λ. With G = X Xᵀ and u = X w₀ a step is found without the features' dimension. What it leads to
-//! is seen from the weights all the same: with features of a thousand G α is a small sum of large terms, and where its
-//! rounding is more than what is left to gain, no step is good enough.
+//! The weights are w = c w₀ + Xᵀ α with the weights w₀ of the start. At first c = 1 and α = 0; a full step brings c to
+//! 0, because at the minimum w = −Xᵀ r / λ. With G = X Xᵀ and u = X w₀, a step is found without the dimension of the
+//! features. The objective after the step is still computed from the weights: with features of about a thousand, G α is
+//! a small sum of large terms, and if its rounding exceeds what is left to gain, no step would be good enough.
 
 use super::blocks::{Blocks, PANEL, add_transposed, scaled, times, times_each};
 use super::factor::Factor;
@@ -28,7 +28,7 @@ struct Point {
     value: f64,
 }
 
-/// A step of it.
+/// One Newton step.
 struct Step {
     /// δα, shape (n), padded.
     alpha: Vec<f64>,
@@ -40,7 +40,7 @@ struct Step {
     slope: f64,
 }
 
-/// The start as the samples see it.
+/// The start, in the dimension of the samples.
 struct Start<'a> {
     problem: &'a Problem<'a>,
     /// Xᵀ, shape (d, n).
@@ -55,19 +55,19 @@ struct Start<'a> {
     squared: f64,
 }
 
-/// What a step is solved in.
+/// What the solution of a step needs.
 struct Workspace {
     factor: Factor,
-    /// √D, shape (n), padded, as the others are.
+    /// √D, shape (n), padded as the others are.
     roots: Vec<f64>,
-    /// What R was solved for.
+    /// The solution for R as the right-hand side.
     ones: Vec<f64>,
     wanted: Vec<f64>,
     /// The gradient in w, shape (d), padded, and then in b.
     gradient: Vec<f64>,
 }
 
-/// Newton steps from `start` until the gradient is under the tolerance or the steps run out. The same minimum as
+/// Newton steps from `start`, until the gradient is below the tolerance or the steps run out. The minimum is that of
 /// [`super::primal::minimise`].
 pub(super) fn minimise(
     problem: &Problem,
@@ -163,7 +163,7 @@ impl<'a> Start<'a> {
         Self { problem, samples, gram, weights: padded_weights, seen, squared }
     }
 
-    /// The weights, and what the objective is there.
+    /// Computes the weights, and the objective and its slopes there.
     fn evaluate(&self, at: &mut Point) {
         widest(Evaluate { start: self, at });
     }
@@ -176,7 +176,8 @@ impl<'a> Start<'a> {
         *intercept = sum(&at.slopes.residuals);
     }
 
-    /// Sets R = √D, factors R G R + λ and solves it for the vector of R. False where it is not positive definite.
+    /// Sets R = √D, factors R G R + λ, and solves it for R as the right-hand side. False if the matrix is not positive
+    /// definite.
     fn factor(&self, at: &Point, workspace: &mut Workspace) -> bool {
         #[inline(always)]
         fn prepare((start, roots, matrix): (&Start, &[f64], &mut Blocks)) {
@@ -199,7 +200,7 @@ impl<'a> Start<'a> {
     }
 
     /// The Newton step: δc = −c, and D (G δα − c u + δb) + λ δα = −h with h = r + λ α and Σ (α + δα) = 0. With R = √D
-    /// and δα = R β, (R G R + λ) β = R c u − h/R − R δb. False where it cannot be solved.
+    /// and δα = R β, (R G R + λ) β = R c u − h/R − R δb. False if it cannot be solved.
     fn step(&self, at: &Point, workspace: &mut Workspace, step: &mut Step) -> bool {
         let Workspace { factor, roots, ones, wanted, .. } = workspace;
         let (residuals, ridge, n) = (&at.slopes.residuals, self.problem.ridge, self.problem.rows.len());

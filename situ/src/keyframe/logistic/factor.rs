@@ -3,7 +3,7 @@
 use super::blocks::{Blocks, Eight, minus, plus, scaled, some_rows, times_each};
 use crate::vector::{EIGHT, joined, loops};
 
-/// U of m = Uᵀ U. In the diagonal's blocks each row is divided by its pivot.
+/// U with m = Uᵀ U. In the blocks of the diagonal each row is divided by its pivot.
 pub(super) struct Factor {
     blocks: Blocks,
     /// The inverse of each pivot, padded.
@@ -11,18 +11,18 @@ pub(super) struct Factor {
 }
 
 impl Factor {
-    /// Room for the factor of a matrix of so many rows.
+    /// Allocates the factor of a matrix with so many rows.
     pub(super) fn new(size: usize) -> Self {
         let blocks = Blocks::zeros(size, size);
         Self { inverses: vec![0.0; blocks.rows()], blocks }
     }
 
-    /// The matrix to be factored: its upper triangle is to be written. It is lost with [`Factor::factor`].
+    /// The matrix to be factored. Its upper triangle is to be written; [`Factor::factor`] overwrites it.
     pub(super) fn matrix(&mut self) -> &mut Blocks {
         &mut self.blocks
     }
 
-    /// Adds a number to the first elements of the diagonal; where they are padding, they are 1.
+    /// Adds a number to the first `count` elements of the diagonal, and sets the padding of the diagonal to 1.
     pub(super) fn add_to_diagonal(&mut self, count: usize, size: usize, number: f64) {
         for at in (0..count).chain(size..self.blocks.rows()) {
             let element = &mut self.blocks.block_mut(at / EIGHT)[at][at % EIGHT];
@@ -30,12 +30,12 @@ impl Factor {
         }
     }
 
-    /// Factors the matrix. False where it is not positive definite.
+    /// Factors the matrix. False if it is not positive definite.
     pub(super) fn factor(&mut self) -> bool {
         loops!(factor, self)
     }
 
-    /// Solves Uᵀ U x = b in place, b padded.
+    /// Solves Uᵀ U x = b in place; b is padded.
     pub(super) fn solve(&self, b: &mut [f64]) {
         loops!(solve, (self, b));
     }
@@ -74,7 +74,7 @@ fn factor(own: &mut Factor) -> bool {
     true
 }
 
-/// Factors a block of the diagonal, each row divided by its pivot.
+/// Factors a block of the diagonal. Each row is divided by its pivot.
 #[inline(always)]
 fn factor_diagonal(block: &mut [Eight; EIGHT], inverses: &mut [f64]) -> bool {
     for pivot in 0..EIGHT {

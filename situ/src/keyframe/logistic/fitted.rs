@@ -4,16 +4,16 @@ use serde::{Deserialize, Serialize};
 
 use crate::vector::dot;
 
-/// A fitted regression.
+/// A fitted ridge logistic regression.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LogisticFit {
-    /// Weight of each feature, shape (d).
+    /// The weight of each feature, shape (d).
     pub weights: Vec<f64>,
     /// The intercept.
     pub intercept: f64,
-    /// Newton steps made.
+    /// The number of Newton steps.
     pub iterations: usize,
-    /// Whether the gradient came under the tolerance before the steps ran out.
+    /// Whether the gradient came below the tolerance before the steps ran out.
     pub converged: bool,
 }
 

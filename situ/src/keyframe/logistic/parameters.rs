@@ -5,45 +5,45 @@ use thiserror::Error;
 
 use crate::vector::EIGHT;
 
-/// What a label is regressed on (decision D2c).
+/// The numbers that labels are regressed on (decision D2c).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Targets {
-    /// Fixed numbers, whatever the counts.
+    /// Fixed numbers, for any counts.
     Fixed {
-        /// Target of `true`.
+        /// The target of `true`.
         positive: f64,
-        /// Target of `false`.
+        /// The target of `false`.
         negative: f64,
     },
-    /// Platt's: (N₊ + 1)/(N₊ + 2) and 1/(N₋ + 2). They lose confidence where there are few samples.
+    /// Platt's: (N₊ + 1)/(N₊ + 2) and 1/(N₋ + 2). They are less confident if there are few samples.
     Platt,
 }
 
-/// In which dimension the Newton step is solved.
+/// The dimension in which the Newton step is solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Path {
     /// The smaller of the two.
     Auto,
-    /// The features' dimension d: O(n d² + d³).
+    /// That of the features, d: O(n d² + d³).
     Primal,
-    /// The samples' dimension n: O(n² d) once, then O(n³) a step.
+    /// That of the samples, n: O(n² d) once, then O(n³) per step.
     Dual,
 }
 
-/// What [`fit`] depends on beside the data.
+/// The parameters of [`super::fit`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LogisticParameters {
-    /// Ridge λ on the mean loss, above 0.
+    /// The ridge λ on the mean loss, above 0.
     pub ridge: f64,
-    /// Whether both classes weigh the same in total, whatever their counts.
+    /// Whether both classes have the same total weight, for any counts.
     pub balanced: bool,
-    /// What the labels are regressed on.
+    /// The numbers that the labels are regressed on.
     pub targets: Targets,
-    /// Stop where no component of the gradient is above this.
+    /// The fit stops when no component of the gradient is above this.
     pub tolerance: f64,
-    /// Newton steps at most.
+    /// The greatest number of Newton steps.
     pub max_iterations: usize,
-    /// In which dimension the steps are solved.
+    /// The dimension in which the steps are solved.
     pub path: Path,
 }
 
@@ -78,7 +78,7 @@ impl LogisticParameters {
         }
     }
 
-    /// Target t_i and share s_i of each sample, padded with zeros; the shares sum to 1.
+    /// The target t_i and the share s_i of each sample, padded with zeros; the shares sum to 1.
     pub(super) fn targets_and_shares(&self, labels: &[bool]) -> (Vec<f64>, Vec<f64>) {
         let positives = labels.iter().filter(|label| **label).count();
         let negatives = labels.len() - positives;
@@ -106,20 +106,20 @@ impl LogisticParameters {
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum LogisticError {
-    /// Nothing to fit to.
+    /// There is no sample.
     #[error("no sample: a classifier is fitted to at least one")]
     NoSample,
-    /// A row, a label or a start of another length.
+    /// A row, a label or a start has another length.
     #[error("{what}: {found} numbers, expected {expected}")]
     Length {
         /// What has the wrong length.
         what: &'static str,
-        /// Its length.
+        /// The length that it has.
         found: usize,
-        /// What it should be.
+        /// The length that it should have.
         expected: usize,
     },
-    /// NaN or infinity in the data.
+    /// A number in the data is NaN or infinite.
     #[error("sample {sample}, feature {feature} is not finite")]
     NotFinite {
         /// Index of the sample.
@@ -127,7 +127,7 @@ pub enum LogisticError {
         /// Index of the feature.
         feature: usize,
     },
-    /// A parameter out of its range.
+    /// A parameter is out of its range.
     #[error("parameter `{parameter}` is {value}: {rule}")]
     Parameter {
         /// The parameter's name.

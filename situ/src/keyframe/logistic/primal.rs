@@ -1,4 +1,4 @@
-//! Newton's method in the features' dimension.
+//! Newton's method in the dimension of the features.
 
 use super::blocks::{Blocks, PANEL, add_transposed, times};
 use super::factor::Factor;
@@ -7,9 +7,9 @@ use super::parameters::{LogisticError, LogisticParameters};
 use super::problem::{Problem, Slopes, along, product, search, steepest};
 use crate::vector::{EIGHT, Four, Kernel, Wide, dot, widest};
 
-/// Where a step left at most this share of the gradient, the curvatures did not change much, and the next step takes
-/// them as they were: it leaves about twice the share, and costs a fraction. Not in the samples' dimension, where a
-/// matrix costs little more than a step.
+/// If a step left at most this share of the gradient, the curvatures hardly changed, and the next step uses the old
+/// ones. Such a step leaves about twice the share and costs a fraction. In the dimension of the samples it is not worth
+/// it: there a matrix costs little more than a step.
 const ENOUGH: f64 = 0.1;
 
 /// Where the descent is.
@@ -28,7 +28,7 @@ impl Point {
         Self { weights: zeros.clone(), slopes: Slopes::new(problem.rows.len()), gradient: zeros, value: 0.0 }
     }
 
-    /// The objective and the gradient of weights and an intercept.
+    /// The objective and its gradient at these weights and this intercept.
     pub(super) fn at(problem: &Problem, samples: &[Blocks], weights: &[f64], intercept: f64) -> Self {
         let mut point = Self::new(problem);
         point.weights[..problem.dimension].copy_from_slice(weights);
@@ -41,14 +41,14 @@ impl Point {
         widest(Evaluate { point: self, problem, samples });
     }
 
-    /// The objective, and its gradient: the weights' components, then the intercept's.
+    /// The objective, and its gradient: the components of the weights, then that of the intercept.
     pub(super) fn value_and_gradient(mut self, problem: &Problem) -> (f64, Vec<f64>) {
         self.gradient.truncate(problem.dimension + 1);
         (self.value, self.gradient)
     }
 }
 
-/// Newton steps from `start` until the gradient is under the tolerance or the steps run out.
+/// Newton steps from `start`, until the gradient is below the tolerance or the steps run out.
 pub(super) fn minimise(
     problem: &Problem,
     start: LogisticFit,
@@ -68,7 +68,7 @@ pub(super) fn minimise(
         if fit.converged || fit.iterations == parameters.max_iterations {
             break;
         }
-        // H step = −gradient with H = [X 1]ᵀ D [X 1] + λ on all but the intercept, which is last.
+        // H step = −gradient with H = [X 1]ᵀ D [X 1] + λ; λ is not added for the intercept, which is last.
         if !again {
             Blocks::weighted_square(&samples, &at.slopes.curvatures, d + 1, &mut workspace, factor.matrix());
             factor.add_to_diagonal(d, d + 1, problem.ridge);

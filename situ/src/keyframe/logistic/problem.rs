@@ -2,13 +2,14 @@
 
 use crate::vector::{EIGHT, Four, Wide, exp, fours, fours_mut, joined, log_1p};
 
-/// A step must gain this share of what its slope promises (Armijo).
+/// A step must gain at least this share of what its slope promises (Armijo).
 const SUFFICIENT: f64 = 1e-4;
-/// Rounding errors of the objective that a step may lose: at the minimum no step gains anything.
+/// A step may lose so much of the objective by rounding: at the minimum no step gains anything.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
-/// Halvings of a step at most. Enough to bring the longest leap, the inverse of [`LEAST_CURVATURE`], back to 1.
+/// The greatest number of halvings of a step. It is enough to bring the longest step, the inverse of
+/// [`LEAST_CURVATURE`], back to 1.
 const HALVINGS: usize = 60;
-/// Least p(1 − p) of a sample in a step: far from the minimum the sigmoid is flat, and the step would have no end.
+/// The least p(1 − p) of a sample in a step. Far from the minimum the sigmoid is flat, and the step would be unbounded.
 const LEAST_CURVATURE: f64 = 1e-10;
 /// n samples of d features.
 pub(super) struct Problem<'a> {
@@ -16,31 +17,31 @@ pub(super) struct Problem<'a> {
     pub(super) rows: &'a [&'a [f64]],
     /// d.
     pub(super) dimension: usize,
-    /// Target t_i of each sample, shape (n), padded with zeros.
+    /// The target t_i of each sample, shape (n), padded with zeros.
     pub(super) targets: &'a [f64],
-    /// Share s_i of each sample, shape (n), summing to 1, padded with zeros: padding weighs nothing.
+    /// The share s_i of each sample, shape (n), padded with zeros, so the padding has no weight. The shares sum to 1.
     pub(super) shares: &'a [f64],
     /// λ.
     pub(super) ridge: f64,
 }
 
-/// What the loss is like at some log odds, a number a sample, padded.
+/// The slopes of the loss at some log odds, one number per sample, padded.
 pub(super) struct Slopes {
-    /// r_i = s_i (p_i − t_i), the loss's slope in z_i.
+    /// r_i = s_i (p_i − t_i), the slope of the loss in z_i.
     pub(super) residuals: Vec<f64>,
-    /// D_i = s_i p_i (1 − p_i), the loss's curvature in z_i.
+    /// D_i = s_i p_i (1 − p_i), the curvature of the loss in z_i.
     pub(super) curvatures: Vec<f64>,
 }
 
 impl Slopes {
-    /// Of so many samples.
+    /// Allocates the slopes of so many samples.
     pub(super) fn new(samples: usize) -> Self {
         let zeros = vec![0.0; samples.next_multiple_of(EIGHT)];
         Self { residuals: zeros.clone(), curvatures: zeros }
     }
 
-    /// The slopes at the log odds of a panel of samples, from the sample `first`; adds Σ s_i (log(1 + e^z_i) − t_i z_i)
-    /// to running sums.
+    /// Computes the slopes at the log odds of a panel of samples, which begins with the sample `first`. Adds Σ s_i
+    /// (log(1 + e^z_i) − t_i z_i) to the running sums.
     #[inline(always)]
     pub(super) fn set<S: Wide>(
         &mut self,
@@ -64,7 +65,7 @@ impl Slopes {
             let probability = odds.below(zero, smaller * larger, larger);
             *residuals = (shares * (probability - targets)).numbers();
             *curvatures = (shares * (smaller * larger * larger).max(least)).numbers();
-            // log(1 + e^z) − t z, every term of it above 0: no cancellation.
+            // log(1 + e^z) − t z as a sum of terms above 0: it has no cancellation.
             let slope = odds.below(zero, targets, one - targets);
             *losses += shares * (slope * away + log_1p(smaller));
         }
@@ -91,14 +92,14 @@ pub(super) fn along(base: &[f64], step: &[f64], length: f64, there: &mut [f64]) 
     }
 }
 
-/// The greatest component of a gradient, without its sign. NaN where one is.
+/// The greatest component of a gradient, without its sign. NaN if a component is NaN.
 pub(super) fn steepest(gradient: &[f64]) -> f64 {
     let worse = |most: f64, part: &f64| if most.is_nan() || part.abs() <= most { most } else { part.abs() };
     gradient.iter().fold(0.0, worse)
 }
 
-/// Halves a step until the objective falls as the slope promises: whether some length will do. It is the one that
-/// `objective` was last asked for.
+/// Halves a step until the objective falls as the slope promises. Returns whether some length does; it is the length
+/// that `objective` was called with last.
 pub(super) fn search(value: f64, slope: f64, mut objective: impl FnMut(f64) -> f64) -> bool {
     let mut length = 1.0;
     for _ in 0..HALVINGS {

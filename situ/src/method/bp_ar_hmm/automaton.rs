@@ -1,10 +1,10 @@
-//! The automaton of the labels: a node for each behaviour that ends at one place of one object, an edge wherever one
-//! run followed another.
+//! The automaton of the labels. It has a node for each behaviour that ends at one place of one object, and an edge
+//! wherever one run followed another.
 //!
-//! The original finds coordinate frames by clustering the ends of each behaviour's runs in the frame of every object.
-//! Demonstrations here name their reference object, so a run takes the object that most of its frames name, and only
-//! the clusters remain to be found: runs of one behaviour that end on two objects, or far apart on one, or with the
-//! gripper told otherwise, are of two nodes. A *reconstruction*.
+//! The original finds coordinate frames: it clusters the ends of each behaviour's runs in the frame of every object.
+//! Demonstrations here name their reference object, so a run takes the object that most of its frames name. Only the
+//! clusters remain to be found. Runs of one behaviour belong to two nodes if they end on two objects, far apart on one
+//! object, or with different gripper commands. This is a *reconstruction*.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +18,8 @@ use crate::demonstration::{Demonstration, State};
 use crate::place::{NodeId, Place, SegmentId};
 use crate::trace::Counters;
 
-/// Goals further apart are two goals, metres. A careful teacher's differ by one or two centimetres.
+/// Goals that are further apart than this are two goals, metres. Those of a careful teacher differ by one or two
+/// centimetres.
 const GOALS_APART: f64 = 0.05;
 
 /// A demonstration as the method keeps it.
@@ -26,34 +27,36 @@ const GOALS_APART: f64 = 0.05;
 pub(super) struct Shown {
     pub(super) demonstration: Demonstration,
     pub(super) frames: Vec<Frame>,
-    /// The runs of the node after which it begins; `None` at START. Nodes do not outlive a correction, frames do.
+    /// The runs of the node after which the demonstration begins; `None` at START. A correction replaces the nodes, but
+    /// the frames stay.
     pub(super) after: Option<Vec<Stretch>>,
 }
 
-/// A node.
+/// A node of the automaton.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Node {
     pub(super) skill: Skill,
-    /// In order.
+    /// Its runs, in order.
     pub(super) runs: Vec<Run>,
-    /// The segments by reference object most of whose frames are this node's; there may be none.
+    /// The segments by reference object of which most frames are this node's. There may be none.
     pub(super) segments: Vec<SegmentId>,
 }
 
 /// The automaton.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Automaton {
-    /// The node of id i at i.
+    /// The node with the id i is at i.
     pub(super) nodes: Vec<Node>,
     /// What follows START, and what follows each node.
     start: Branch,
     branches: Vec<Branch>,
-    /// Typical difference of each feature of a state.
+    /// The typical difference of each feature of a state.
     scales: Vec<f64>,
 }
 
 impl Automaton {
-    /// From all demonstrations and the labels of their frames, nodes in the order in which they first occur.
+    /// The automaton of all demonstrations and the labels of their frames. Nodes are in the order in which they first
+    /// occur.
     pub(super) fn of(shown: &[Shown], labels: &[Vec<usize>], scales: Vec<f64>, counters: &mut Counters) -> Self {
         let mut members: Vec<Vec<(Run, &[Frame])>> = Vec::new();
         let mut sequences: Vec<Vec<(usize, Run)>> = Vec::new();
@@ -89,7 +92,8 @@ impl Automaton {
         automaton
     }
 
-    /// Edges with their examples: of a run, the state of the world where its object is first named.
+    /// Adds the edges with their examples. The example of a run is the state of the world where the run's object is
+    /// first named.
     fn connect(&mut self, shown: &[Shown], sequences: &[Vec<(usize, Run)>]) {
         for (one, sequence) in shown.iter().zip(sequences) {
             let demonstration = &one.demonstration;
@@ -112,8 +116,8 @@ impl Automaton {
         branch.add(next, state, &self.scales);
     }
 
-    /// The node that has most of the frames in which these stretches end, the first of equals: what ran last ran to its
-    /// end.
+    /// The node that has most of the frames in which these stretches end, the first of equals. Only ends count, because
+    /// what ran last ran to its end.
     fn node_of(&self, stretches: &[Stretch]) -> Option<usize> {
         let common = |node: &Node| -> usize {
             node.runs.iter().flat_map(|run| stretches.iter().map(|stretch| run.stretch.overlap(&stretch.tail()))).sum()
@@ -122,12 +126,12 @@ impl Automaton {
         counts.reduce(|best, other| if other.1 > best.1 { other } else { best }).map(|(id, _)| id)
     }
 
-    /// The node of this id.
+    /// The node with this id.
     pub(super) fn node(&self, id: NodeId) -> Option<&Node> {
         self.nodes.get(id.0 as usize)
     }
 
-    /// What follows a place in a state.
+    /// What follows a place in a state, and how probable that is.
     pub(super) fn next(&self, last: Place, state: &State) -> Option<(Place, f64)> {
         let branch = match last {
             Place::Start => &self.start,
@@ -145,8 +149,8 @@ impl Automaton {
     }
 }
 
-/// The node that a run belongs to, if it is there: of this behaviour, on this object, whose first run ends nearest, and
-/// near enough, with the gripper told the same.
+/// The node that a run belongs to, if there is one. It must have this behaviour and this object, and its first run must
+/// end near this run's end, with the same kind of gripper command. Of several nodes, the nearest.
 fn alike(members: &[Vec<(Run, &[Frame])>], run: &Run, frames: &[Frame]) -> Option<usize> {
     let end = |run: &Run, frames: &[Frame]| {
         let last = &frames[run.stretch.end - 1];
@@ -164,7 +168,8 @@ fn alike(members: &[Vec<(Run, &[Frame])>], run: &Run, frames: &[Frame]) -> Optio
     near.reduce(|best, other| if other.1 < best.1 { other } else { best }).map(|(id, _)| id)
 }
 
-/// The node that holds each segment by reference object: the one with most of its frames, the first of equals.
+/// The node that holds each segment by reference object: the node with most of the segment's frames, the first of
+/// equals.
 fn holders(shown: &[Shown], sequences: &[Vec<(usize, Run)>]) -> Vec<(SegmentId, usize)> {
     let mut holders = Vec::new();
     for (demonstration, (one, sequence)) in (0..).zip(shown.iter().zip(sequences)) {

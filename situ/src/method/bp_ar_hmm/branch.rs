@@ -1,4 +1,4 @@
-//! What follows a place that more than one thing can follow: the nearest example decides.
+//! A place that several places can follow: the nearest example decides.
 
 use std::collections::BTreeSet;
 
@@ -8,29 +8,32 @@ use crate::demonstration::State;
 use crate::keyframe::classifier::scaled;
 use crate::place::Place;
 
-/// A distance that counts for both sides of the probability, in scales of the schema, so that no example decides alone.
+/// A distance that is added on both sides of the probability, in scales of the schema, so that no example decides
+/// alone.
 const DOUBT: f64 = 1.0;
 
-/// What followed a place: each time, and in which state. Distances are L1, each feature in its scale of the schema.
+/// What followed a place, each time, and in which state. Distances are L1, with each feature in its scale of the
+/// schema.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(super) struct Branch {
     examples: Vec<(Place, Vec<f64>)>,
 }
 
 impl Branch {
-    /// One example.
+    /// Adds one example.
     pub(super) fn add(&mut self, next: Place, state: &State, scales: &[f64]) {
         self.examples.push((next, scaled(state, scales)));
     }
 
-    /// What can follow, in order.
+    /// The places that can follow, in order.
     pub(super) fn children(&self) -> BTreeSet<Place> {
         self.examples.iter().map(|(place, _)| *place).collect()
     }
 
-    /// What follows in this state. The only child is certain; of several, the nearest example's, the first of equals,
-    /// is as probable as the nearest of another is far: (1 + b) / (2 + a + b) at distances a and b, from ½ to 1. The
-    /// original's classifier says no probability.
+    /// What follows in this state, and how probable that is. An only child is certain. Of several children, that of the
+    /// nearest example is taken, the first of equals. Its probability is (1 + b) / (2 + a + b), from ½ to 1, where a is
+    /// the distance of the nearest example and b that of the nearest example of another child. The original's
+    /// classifier gives no probability.
     pub(super) fn next(&self, state: &State, scales: &[f64]) -> Option<(Place, f64)> {
         let state = scaled(state, scales);
         let distance = |example: &[f64]| example.iter().zip(&state).map(|(left, right)| (left - right).abs()).sum();

@@ -9,23 +9,23 @@
 use nalgebra::SVector;
 use serde::Serialize;
 
-/// Kernels ψ, evenly spaced in time.
+/// The number of kernels ψ, which are evenly spaced in time.
 const KERNELS: usize = 60;
-/// K: with τ = 1 the system answers within a tenth of the movement.
+/// K. With τ = 1 the system responds within a tenth of the movement.
 const STIFFNESS: f64 = 100.0;
-/// s where the movement is over.
+/// s at the end of the movement.
 const LAST_PHASE: f64 = 0.01;
-/// Steps of a movement of length τ, in learning and in execution.
+/// The steps of a movement of length τ, in learning and in execution.
 pub(super) const STEPS: usize = 200;
-/// Steps after that, in which the system settles at its goal: s falls to 0.001.
+/// The steps after that, in which the system settles at its goal: s falls to 0.001.
 const SETTLING: usize = STEPS / 2;
-/// A kernel overlaps the next at this many of its distances: at ψ = exp(−½).
+/// The width of a kernel, in distances between kernels: at the next kernel's centre ψ = exp(−½).
 const WIDTH: f64 = 1.0;
 
-/// The primitive of trajectories of N numbers: metres or radians, relative to what its caller chooses.
+/// A primitive over trajectories of N numbers: metres or radians, relative to a frame that the caller chooses.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Dmp<const N: usize> {
-    /// w, by kernel.
+    /// w, one per kernel.
     weights: Vec<SVector<f64, N>>,
 }
 
@@ -34,7 +34,7 @@ fn phase(share: f64) -> f64 {
     libm::exp(libm::log(LAST_PHASE) * share)
 }
 
-/// ψ at a share of τ: Gaussian in time, which is log s. The shares of the kernels' centres are even.
+/// ψ at a share of τ: Gaussian in time, which is log s. The centres of the kernels are at even shares.
 fn kernels(share: f64) -> [f64; KERNELS] {
     core::array::from_fn(|index| {
         let apart = (share * (KERNELS - 1) as f64 - index as f64) / WIDTH;
@@ -42,7 +42,7 @@ fn kernels(share: f64) -> [f64; KERNELS] {
     })
 }
 
-/// A trajectory at `count` + 1 even times, straight between its points; no point gives zeros.
+/// A trajectory at `count` + 1 even times, straight between its points. Without a point, all are zero.
 pub(super) fn at_even_times<const N: usize>(points: &[SVector<f64, N>], count: usize) -> Vec<SVector<f64, N>> {
     let last = points.len().saturating_sub(1);
     let at = |step: usize| {
@@ -59,8 +59,8 @@ pub(super) fn at_even_times<const N: usize>(points: &[SVector<f64, N>], count: u
 }
 
 impl<const N: usize> Dmp<N> {
-    /// Taught by trajectories, each of points at even times and stretched to the same τ: f is what the equation lacks,
-    /// and w the weighted least squares of it, kernel by kernel.
+    /// The primitive of these trajectories. The points of each are at even times, and each is stretched to the same τ.
+    /// f is what the equation lacks, and w is its weighted least squares, kernel by kernel.
     pub fn taught(trajectories: &[Vec<SVector<f64, N>>]) -> Self {
         let mut tops = vec![SVector::<f64, N>::zeros(); KERNELS];
         let mut bottoms = [0.0; KERNELS];
@@ -68,7 +68,8 @@ impl<const N: usize> Dmp<N> {
         for points in trajectories {
             let x = at_even_times(points, STEPS);
             let (start, goal) = (x[0], x[STEPS]);
-            // The differences that the integration below turns back into the same points; it rests before and after.
+            // The integration below turns these differences back into the same points. The movement rests before and
+            // after.
             let point = |step: usize| if step > STEPS { goal } else { x[step] };
             for step in 0..STEPS {
                 let velocity = if step == 0 { SVector::zeros() } else { (x[step] - x[step - 1]) * pace };
@@ -87,8 +88,8 @@ impl<const N: usize> Dmp<N> {
         Self { weights: weights.collect() }
     }
 
-    /// The trajectory from `start` to `goal`, from rest: the points at 201 even times of τ, both ends among them, and
-    /// last the point where it settles.
+    /// The trajectory from `start` to `goal`, from rest: the points at 201 even times of τ, from the start on, and then
+    /// the point where the movement settles.
     pub fn rollout(&self, start: &SVector<f64, N>, goal: &SVector<f64, N>) -> Vec<SVector<f64, N>> {
         let pace = STEPS as f64;
         let damping = 2.0 * libm::sqrt(STIFFNESS);

@@ -1,5 +1,5 @@
-//! The labels of all recordings at once: several chains, and of all their states the most probable given their own
-//! hyperparameters.
+//! The labels of all recordings at once. Several chains run, and the state of theirs that is most probable given its
+//! own hyperparameters is kept.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -14,24 +14,24 @@ use crate::random::stream;
 /// What the sampler found.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub(super) struct Labelling {
-    /// log p(X, z, F | α, κ, γ, c) of the state, for which it was kept.
+    /// log p(X, z, F | α, κ, γ, c) of the state. The state with the greatest is kept.
     pub(super) log_joint: f64,
     /// The state.
     pub(super) state: ChainState<SIZE>,
 }
 
 impl Labelling {
-    /// The labels of the frames of a recording. The first frame, which follows no other, has the second's.
+    /// The labels of the frames of a recording. The first frame follows no other, so it has the label of the second.
     pub(super) fn labels(&self, recording: usize) -> Vec<usize> {
         let states = &self.state.rows[recording].states;
         states.first().into_iter().chain(states).copied().collect()
     }
 }
 
-/// Labels recordings, of which there is at least one.
+/// Labels the recordings, of which there is at least one.
 ///
 /// # Errors
-/// [`SituError::Policy`] where the numbers are too extreme for a posterior to be had.
+/// [`SituError::Policy`] if the numbers are too extreme for a posterior.
 pub(super) fn label(
     recordings: &[Vec<Frame>],
     parameters: &BpArHmmParameters,
@@ -53,7 +53,7 @@ pub(super) fn label(
             }
             Some(())
         };
-        // A chain that breaks off leaves what it had found.
+        // If a chain breaks off, what it found before still counts.
         let _ = run();
     }
     best.ok_or_else(|| SituError::Policy {

@@ -1,28 +1,31 @@
 //! `bp_ar_hmm`: Niekum, Osentoski, Konidaris, Chitta, Marthi and Barto, "Learning grounded finite-state representations
 //! from unstructured demonstrations" (IJRR 2015), as a baseline.
 //!
-//! 1. A demonstration becomes a recording at 10 Hz ([`recording`](self), interpolated between keyframes at the
-//!    planner's speed).
-//! 2. All recordings together are cut into runs of recurring behaviours by the beta-process autoregressive hidden
-//!    Markov model ([`sampler`]): several chains, of whose states the most probable is kept.
-//! 3. Each behaviour that ends at one place of one object is a node: a dynamic movement primitive ([`dmp::Dmp`]) taught
-//!    by its runs.
-//! 4. Runs that followed each other are edges. Where several nodes can follow, the nearest example by L1 distance
+//! 1. A demonstration becomes a recording at 10 Hz, interpolated between its keyframes at the planner's speed
+//!    ([`recording`](self)).
+//! 2. The beta-process autoregressive hidden Markov model cuts all recordings together into runs of recurring
+//!    behaviours ([`sampler`]). Of the states of several chains, the most probable is kept.
+//! 3. Each behaviour that ends at one place of one object is a node. It is a dynamic movement primitive ([`dmp::Dmp`])
+//!    that its runs teach.
+//! 4. Runs that followed each other give edges. If several nodes can follow, the nearest example by L1 distance
 //!    decides.
-//! 5. A correction is one recording more: everything is segmented and built anew. It begins after the node that has the
-//!    frames in which the runs of the one that ran last ended. What was interrupted is not used, nor what the teacher
+//! 5. A correction is one more recording: everything is segmented and built anew. The correction begins after the node
+//!    that has the last frames of the runs of what ran last. What was interrupted is not used, nor what the teacher
 //!    says, nor what an oracle is told.
 //!
-//! What is a *reconstruction*: frames are seen relative to the reference object that the demonstration names, where the
-//! original segments in the robot's frame and finds coordinate frames by clustering the ends of runs; of that only the
-//! clusters are left, so a behaviour that ends at two places is two nodes; runs of less than 0.3 s join the one before.
-//! The classifier sees the benchmark's state features, where the original sees object poses. A primitive starts at the
-//! mean start of its runs, where the original starts wherever the arm is. A state between two keyframes is that before
-//! the motion to the next. The chains are fewer and shorter than the original's, for cost: [`BpArHmmParameters`].
+//! What is a *reconstruction*:
+//! - Frames are relative to the reference object that the demonstration names. The original segments in the robot's
+//!   frame and finds coordinate frames by clustering the ends of runs. Of that only the clusters are left: a behaviour
+//!   that ends at two places is two nodes.
+//! - Runs shorter than 0.3 s join the run before.
+//! - The classifier sees the benchmark's state features; the original's sees object poses.
+//! - A primitive starts at the mean start of its runs; the original starts wherever the arm is.
+//! - Between two keyframes, the state is that before the motion to the next.
+//! - There are fewer and shorter chains than in the original, for cost: [`BpArHmmParameters`].
 //!
-//! Work: `segments_touched` are the runs that taught primitives, `nodes_touched` the nodes built, `classifier_fits` the
-//! places with more than one child. The sampler's own work, chains × sweeps over all frames, has no counter; there is
-//! no fit by expectation maximisation to count.
+//! Work: `segments_touched` counts the runs that taught primitives, `nodes_touched` the nodes built, `classifier_fits`
+//! the places with several children. The work of the sampler, chains × sweeps over all frames, has no counter. Nothing
+//! is fitted by expectation maximisation.
 
 mod automaton;
 mod branch;
@@ -57,7 +60,7 @@ use crate::trace::{Counters, Trace};
 /// The method.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BpArHmm {
-    /// How it samples.
+    /// How the sampler runs.
     pub parameters: BpArHmmParameters,
 }
 
@@ -78,8 +81,8 @@ impl Method for BpArHmm {
         Role::Correct
     }
 
-    /// All: everything is built anew, so that a correction can add, join and move whatever there is. What it shows in
-    /// another way is averaged with what was shown before, or stands beside it; nothing is ever replaced.
+    /// All: everything is built anew, so a correction can add, join and move anything. Another way of doing something
+    /// is averaged with what was shown before, or stands beside it. Nothing is ever replaced.
     fn edits(&self) -> &'static [Edit] {
         &Edit::ALL
     }
@@ -123,7 +126,7 @@ struct Task {
 }
 
 impl Task {
-    /// From all demonstrations. The chains of each correction have streams of their own.
+    /// The task model of all demonstrations. The chains of each correction have their own random streams.
     fn built(
         shown: Vec<Shown>,
         scales: Vec<f64>,

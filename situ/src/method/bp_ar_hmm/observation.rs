@@ -1,10 +1,10 @@
 //! What the hidden Markov model sees of a recording.
 //!
-//! A frame is seven numbers: the gripper's position (3) and rotation vector (3), and its opening (1), *in the frame of
-//! the reference object* that the demonstration names, frozen at the segment's first keyframe. The frame before it is
-//! seen from the same place, so that nothing jumps where the reference changes. The rotation vector is taken at the
-//! mean rotation of all frames: a hand that points down is half a turn from the identity, where rotation vectors jump.
-//! Each number is divided by the deviation of its first differences.
+//! A frame is seven numbers: the gripper's position (3), its rotation vector (3) and its opening (1). They are *in the
+//! frame of the reference object* that the demonstration names, frozen at the segment's first keyframe. The frame
+//! before is expressed in the same frame, so nothing jumps where the reference changes. The rotation vector is taken at
+//! the mean rotation of all frames: a hand that points down is half a turn from the identity, and there rotation
+//! vectors jump. Each number is divided by the deviation of its first differences.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -13,21 +13,22 @@ use super::sampler::{DynamicsPrior, GammaPrior, LaggedSequence, Prior};
 use crate::demonstration::Pose;
 use crate::keyframe::pose::{karcher_mean, log};
 
-/// Numbers of an observation.
+/// The numbers of an observation.
 pub(super) const SIZE: usize = 7;
-/// Least deviation of a first difference: 1 mm (3), 0.01 rad (3) and a 100th of the stroke, a frame. What hardly ever
-/// moves must not count by its rounding errors.
+/// The least deviation of a first difference, per frame: 1 mm (3), 0.01 rad (3) and a 100th of the stroke. Otherwise a
+/// number that hardly ever moves would count by its rounding errors.
 const LEAST_DEVIATION: [f64; SIZE] = [1e-3, 1e-3, 1e-3, 1e-2, 1e-2, 1e-2, 1e-2];
-/// S₀ is so much of the covariance of first differences (Fox et al. 2014).
+/// S₀ is this share of the covariance of first differences (Fox et al. 2014).
 const SCALE_SHARE: f64 = 0.5;
-/// Added to S₀'s diagonal, in scaled units: differences that depend on each other would leave it singular.
+/// This is added to the diagonal of S₀, in scaled units. Without it, differences that depend on each other would make
+/// S₀ singular.
 const SCALE_RIDGE: f64 = 0.01;
 /// K⁻¹ = 0.5 I (Fox et al. 2014).
 const PRECISION: f64 = 0.5;
 /// Gamma(0.01, 0.01) for every hyperparameter (Fox et al. 2014).
 const VAGUE: GammaPrior = GammaPrior { shape: 0.01, rate: 0.01 };
 
-/// The frames as the sampler takes them, each with the one before, and the priors that go with their scale.
+/// The frames as the sampler takes them, each with the frame before, and the priors for their scale.
 pub(super) fn observe(recordings: &[Vec<Frame>]) -> (Vec<LaggedSequence<SIZE>>, Prior<SIZE>) {
     let relative: Vec<Pose> = recordings.iter().flatten().map(|frame| frame.frozen.inv_mul(&frame.pose)).collect();
     let mean = karcher_mean(&relative, &vec![1.0; relative.len()]);
@@ -57,7 +58,7 @@ pub(super) fn observe(recordings: &[Vec<Frame>]) -> (Vec<LaggedSequence<SIZE>>, 
     (sequences, Prior { dynamics, alpha: VAGUE, kappa: VAGUE, gamma: VAGUE, c: VAGUE })
 }
 
-/// The same rotation, its vector on the side of the other's.
+/// The same rotation, with its vector on the side of the other's vector.
 fn near(mut value: SVector<f64, SIZE>, other: &SVector<f64, SIZE>) -> SVector<f64, SIZE> {
     let (own, other) = (value.fixed_rows::<3>(3).into_owned(), other.fixed_rows::<3>(3).into_owned());
     let angle = libm::sqrt(own.dot(&own));

@@ -1,44 +1,45 @@
-//! A demonstration as a recording at a fixed rate: what the original was fed, interpolated between keyframes.
+//! A demonstration as a recording at a fixed rate, which the original needs, interpolated between keyframes.
 //!
-//! The gripper goes straight from keyframe to keyframe, turning at an even rate, at the planner's speed; it stands
-//! still where it rested and where its command changed. The recording begins at the first keyframe: where the hand came
-//! from is not known.
+//! The gripper goes straight from keyframe to keyframe at the planner's speed and turns at an even rate. It stands
+//! still where it rested and where its command changed. The recording begins at the first keyframe, because it is
+//! unknown where the hand came from.
 
 use crate::demonstration::{Demonstration, Gripper, Keyframe, Pose};
 use crate::keyframe::pose::{exp, log};
 
-/// Frames a second (Niekum et al. 2015: 10 Hz).
+/// Frames per second (Niekum et al. 2015: 10 Hz).
 pub(super) const RATE: f64 = 10.0;
-/// Speed of the gripper, metres a second: the planner's.
+/// The speed of the gripper, metres per second: that of the planner.
 const SPEED: f64 = 0.25;
-/// Metres that a radian counts: 0.25 m/s is 2.5 rad/s. As in decision D5.
+/// The metres that a radian counts: 0.25 m/s is 2.5 rad/s. As in decision D5.
 const METRES_PER_RADIAN: f64 = 0.1;
-/// Frames in which the gripper opens or closes: half a second.
+/// The frames in which the gripper opens or closes: half a second.
 const GRIPPER_FRAMES: usize = 5;
-/// Frames of a way or a rest at most: 100 s. What is longer is a mistake, and would take all memory.
+/// The greatest number of frames of a way or a rest: 100 s. A longer one is a mistake, and would use up the memory.
 const MOST_FRAMES: f64 = 1000.0;
 
 /// One frame.
 #[derive(Clone, Debug)]
 pub(super) struct Frame {
-    /// The gripper, world frame.
+    /// The pose of the gripper, world frame.
     pub(super) pose: Pose,
-    /// The reference object as it is now, world frame; between two keyframes that name it, on the way from the one pose
-    /// to the other.
+    /// The pose of the reference object now, world frame. Between two keyframes that name it, it moves from the one
+    /// pose to the other.
     pub(super) object: Pose,
-    /// The reference object as it was at its segment's first keyframe (decision D0b), world frame.
+    /// The pose of the reference object at its segment's first keyframe (decision D0b), world frame.
     pub(super) frozen: Pose,
-    /// 1 open, −1 closed. Not 1 and 0: the dynamics have no intercept, and a coordinate that is never 0 serves as one.
+    /// 1 is open, −1 is closed. It is not 1 and 0, because the dynamics have no intercept: a coordinate that is never 0
+    /// replaces it.
     pub(super) opening: f64,
     /// The command in force.
     pub(super) command: Gripper,
     /// Seconds of rest that begin here.
     pub(super) rest: f64,
-    /// The keyframe that the frame leads to or rests at; it names the reference object.
+    /// The index of the keyframe that the frame leads to or rests at. That keyframe names the reference object.
     pub(super) keyframe: usize,
     /// The index of its segment by reference object.
     pub(super) segment: u32,
-    /// The keyframe whose state is the world here; past the last, the final state.
+    /// The index of the keyframe whose state the world has here. After the last keyframe it is the final state.
     pub(super) state: usize,
 }
 
@@ -51,12 +52,12 @@ fn opening(gripper: Gripper) -> f64 {
     }
 }
 
-/// The point at this share of the way.
+/// The pose at this share of the way.
 fn between(from: &Pose, to: &Pose, share: f64) -> Pose {
     exp(from, &(log(from, to) * share))
 }
 
-/// Frames of a straight way: one at least.
+/// The number of frames of a straight way, at least one.
 fn frames_of(from: &Pose, to: &Pose) -> usize {
     let step = log(from, to);
     let (metres, radians) = (step.fixed_rows::<3>(0).into_owned(), step.fixed_rows::<3>(3).into_owned());
@@ -64,7 +65,7 @@ fn frames_of(from: &Pose, to: &Pose) -> usize {
     (libm::ceil(length / SPEED * RATE).min(MOST_FRAMES) as usize).max(1)
 }
 
-/// The frames of a demonstration: two at least.
+/// The frames of a demonstration, at least two.
 pub(super) fn record(demonstration: &Demonstration) -> Vec<Frame> {
     let mut frames: Vec<Frame> = Vec::new();
     let mut before: Option<&Keyframe> = None;

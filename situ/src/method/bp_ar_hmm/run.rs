@@ -1,4 +1,4 @@
-//! Runs: stretches of one label, the segments of this method.
+//! Runs: stretches of one label, which are the segments of this method.
 
 use std::sync::Arc;
 
@@ -7,32 +7,32 @@ use serde::Serialize;
 use super::recording::Frame;
 use crate::demonstration::Demonstration;
 
-/// Runs of fewer frames, 0.3 s, are taken for a flicker and belong to the run before (a reconstruction: what the
-/// original does is not known to us).
+/// A run with fewer frames, less than 0.3 s, is a flicker and belongs to the run before. This is a reconstruction: we
+/// do not know what the original does.
 const LEAST_FRAMES: usize = 3;
 
-/// Frames that are the end of a run: half a second. The cut itself moves by a frame or two from one segmentation to the
-/// next.
+/// The frames at the end of a run that identify it: half a second. The cut itself moves by a frame or two from one
+/// segmentation to the next.
 const TAIL_FRAMES: usize = 5;
 
-/// Frames of one recording, as a range.
+/// A range of frames of one recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub(super) struct Stretch {
-    /// Index of the demonstration.
+    /// The index of the demonstration.
     pub(super) demonstration: u32,
     /// The first frame.
     pub(super) start: usize,
-    /// Past the last frame.
+    /// One past the last frame.
     pub(super) end: usize,
 }
 
 impl Stretch {
-    /// Its last frames, by which its end is found again when all is segmented anew.
+    /// Its last frames. They identify its end after all is segmented anew.
     pub(super) fn tail(&self) -> Self {
         Self { start: self.start.max(self.end.saturating_sub(TAIL_FRAMES)), ..*self }
     }
 
-    /// Frames that both hold.
+    /// The number of frames that both have.
     pub(super) fn overlap(&self, other: &Self) -> usize {
         if self.demonstration == other.demonstration {
             self.end.min(other.end).saturating_sub(self.start.max(other.start))
@@ -55,7 +55,7 @@ pub(super) struct Run {
     pub(super) first: usize,
 }
 
-/// The runs of a recording, in order. There is a frame, so there is a run.
+/// The runs of a recording, in order. There is at least one frame, so there is at least one run.
 pub(super) fn runs(number: u32, shown: &Demonstration, frames: &[Frame], labels: &[usize]) -> Vec<Run> {
     let mut parts: Vec<(usize, usize, usize)> = Vec::new();
     let mut start = 0;
@@ -67,7 +67,7 @@ pub(super) fn runs(number: u32, shown: &Demonstration, frames: &[Frame], labels:
         }
         start = end;
     }
-    // A flicker at the very beginning has no run before it.
+    // A flicker at the very beginning has no run before it, so it joins the run after it.
     if parts.len() > 1 && parts[0].1 - parts[0].0 < LEAST_FRAMES {
         parts[1].0 = 0;
         parts.remove(0);

@@ -1,5 +1,4 @@
-//! What a node does: a movement primitive in the frame of its reference object, with what the gripper is told on the
-//! way.
+//! What a node does: a movement primitive in the frame of its reference object, with the gripper commands on the way.
 
 use std::sync::Arc;
 
@@ -17,17 +16,17 @@ use crate::random::standard_normal;
 
 /// Seconds from waypoint to waypoint.
 const WAYPOINT_SECONDS: f64 = 0.5;
-/// Greatest deviation of a sampled start or goal: 5 mm (3), and 2° (3) in radians, as decision D15.
+/// The greatest deviation of a sampled start or goal, as in decision D15: 5 mm (3), and 2° in radians (3).
 const GREATEST_DEVIATION: [f64; 6] = [0.005, 0.005, 0.005, 0.034_9, 0.034_9, 0.034_9];
-/// Draws beyond so many deviations are drawn again: one in twenty.
+/// A draw beyond so many deviations is drawn again: one in twenty.
 const GREATEST_DRAW: f64 = 2.0;
-/// Two commands of one kind whose values differ by more than this share are two commands.
+/// Two commands of one kind are different if their values differ by more than this share.
 const SAME_COMMAND: f64 = 0.1;
 
-/// A keyframe of the execution: where on the movement, and what then.
+/// A keyframe of the execution: its place on the movement, and what happens there.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 struct Waypoint {
-    /// Step of the movement, 1 to [`STEPS`].
+    /// The step of the movement, 1 to [`STEPS`].
     step: usize,
     /// The command in force from here on.
     gripper: Gripper,
@@ -35,7 +34,7 @@ struct Waypoint {
     hold: f64,
 }
 
-/// Mean and deviation of starts or goals.
+/// The mean and the deviation of starts or goals.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct End {
     mean: Tangent,
@@ -45,7 +44,7 @@ struct End {
 /// A skill.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Skill {
-    /// The object in whose frame all of it is: as the object is when the skill begins.
+    /// The reference object. Everything here is in its frame, as it is when the skill begins.
     pub(super) reference: Arc<str>,
     /// The mean rotation of the goals, at which rotation vectors are taken.
     base: Pose,
@@ -56,9 +55,9 @@ pub(super) struct Skill {
 }
 
 impl Skill {
-    /// Taught by runs on one object, each with the recording that it is of; at least one.
+    /// The skill of these runs on one object, at least one run, each with its recording.
     pub(super) fn taught(reference: Arc<str>, runs: &[(&Run, &[Frame])]) -> Self {
-        // A run begins where the one before it ended.
+        // A run begins where the run before it ended.
         let frames: Vec<&[Frame]> =
             runs.iter().map(|(run, frames)| &frames[run.stretch.start.saturating_sub(1)..run.stretch.end]).collect();
         let relative: Vec<Vec<Pose>> = runs
@@ -83,7 +82,7 @@ impl Skill {
     }
 
     /// The keyframes of one execution, relative to the reference object: waypoints of the movement's rollout. A sample
-    /// has another start and another goal, from the scatter of the runs'.
+    /// draws its start and its goal from the scatter of those of the runs.
     pub(super) fn keyframes(&self, execution: Execution, rng: &mut impl Rng) -> Vec<RelativeKeyframe> {
         let mut end = |end: &End| match execution {
             Execution::Mean => end.mean,
@@ -101,7 +100,7 @@ impl Skill {
     fn between(&self, start: &Tangent, goal: &Tangent) -> Vec<RelativeKeyframe> {
         let points = self.dmp.rollout(start, goal);
         let keyframe = |waypoint: &Waypoint| {
-            // The last is taken where the movement has settled.
+            // The last waypoint is where the movement has settled.
             let point = if waypoint.step == STEPS { STEPS + 1 } else { waypoint.step };
             RelativeKeyframe { pose: exp(&self.base, &points[point]), gripper: waypoint.gripper, hold: waypoint.hold }
         };
@@ -128,8 +127,8 @@ impl End {
     }
 }
 
-/// The waypoints: evenly in time, the end among them, and wherever the command changes. The command at a step is that
-/// of most runs.
+/// The waypoints: even in time, with the end, and wherever the command changes. The command at a step is that of most
+/// runs.
 fn waypoints(runs: &[&[Frame]]) -> Vec<Waypoint> {
     let at = |frames: &[Frame], step: usize| (step * (frames.len() - 1) + STEPS / 2) / STEPS;
     let command = |step: usize| majority(runs.iter().map(|frames| frames[at(frames, step)].command));
@@ -153,7 +152,7 @@ fn waypoints(runs: &[&[Frame]]) -> Vec<Waypoint> {
     waypoints
 }
 
-/// The kind that most commands are of, the first of equals, with the mean value of those.
+/// The most frequent kind of command, the first of equals, with the mean value of that kind.
 fn majority(commands: impl Iterator<Item = Gripper> + Clone) -> Option<Gripper> {
     let alike = |command: Gripper| {
         commands.clone().filter(move |other| core::mem::discriminant(other) == core::mem::discriminant(&command))

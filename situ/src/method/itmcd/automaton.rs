@@ -1,4 +1,4 @@
-//! The automaton as a STARHMM: a node is a phase, an edge a permitted transition, a classifier an entry.
+//! The automaton as a STARHMM: a node is a phase, an edge is a permitted transition, and a classifier is an entry.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,10 +11,10 @@ use crate::keyframe::learner::KeyframeLearner;
 use crate::place::{NodeId, Place, SegmentId};
 use crate::task_model::{History, TaskModel};
 
-/// The segments that a node's policy was fitted to before modifications replaced them, oldest first.
+/// The segments that the policy of a node was fitted to before each modification, the oldest first.
 pub(super) type Retired = BTreeMap<NodeId, Vec<BTreeSet<SegmentId>>>;
 
-/// A STARHMM, and what its phases stand for.
+/// A STARHMM, and the meaning of its phases.
 #[derive(Clone)]
 pub(super) struct Automaton {
     pub(super) model: Starhmm,
@@ -34,7 +34,7 @@ pub(super) fn emission(steps: &[&StarhmmStep], parameters: &ItmcdParameters) -> 
         .ok_or_else(|| problem("an emission cannot be fitted to a segment"))
 }
 
-/// The steps of each segment; `context` says what each is about.
+/// The steps of each segment. `context` gives the context of a segment from its index.
 pub(super) fn steps(
     frames: &Frames,
     history: &History,
@@ -45,16 +45,34 @@ pub(super) fn steps(
     segments.map(|(index, (segment, after))| frames.steps(segment, context(index, segment), after)).collect()
 }
 
+/// The sequences in which a version of a node cannot run, of so many and the next one. `groups`: the segments of each
+/// version, the current one last.
+///
+/// A version runs where a segment of its own is. The current one also runs wherever no version has a segment, so in the
+/// next sequence too.
+fn absences(own: &BTreeSet<SegmentId>, groups: &[&BTreeSet<SegmentId>], sequences: usize) -> BTreeSet<usize> {
+    let runs = |group: &BTreeSet<SegmentId>, sequence: usize| {
+        group.iter().any(|segment| segment.demonstration as usize == sequence)
+    };
+    let is_current = groups.last().is_some_and(|last| std::ptr::eq(own, *last));
+    let is_absent = |sequence: &usize| {
+        let elsewhere = groups.iter().any(|other| runs(other, *sequence));
+        !runs(own, *sequence) && (elsewhere || !is_current)
+    };
+    (0..=sequences).filter(is_absent).collect()
+}
+
 impl Automaton {
-    /// The model of an automaton, emissions fitted to the segments of each node, and the sequences of its histories.
-    /// Terminations and entries are even: the first EM learns them.
+    /// The model of an automaton, and the sequences of its histories. Emissions are fitted to the segments of each
+    /// node. Terminations and entries are uniform; the first EM learns them.
     pub(super) fn of(
         task: &TaskModel<KeyframeLearner>,
         retired: &Retired,
         frames: &Frames,
         parameters: &ItmcdParameters,
     ) -> Result<(Self, Vec<StarhmmSequence>), SituError> {
-        // A segment has its node's context, whatever its own last keyframe says: the history has placed it there.
+        // A segment has the context of its node, even if its own last keyframe differs: the history has placed it
+        // there.
         let mut contexts = BTreeMap::new();
         for (id, node) in task.nodes() {
             let first = node.policy_segments.first().ok_or(SituError::UnknownNode(id))?;
@@ -68,7 +86,6 @@ impl Automaton {
         let mut phases: Vec<Phase> = Vec::new();
         let mut versions: BTreeMap<NodeId, Vec<usize>> = BTreeMap::new();
         for (slot, (id, node)) in task.nodes().enumerate() {
-            let context = contexts[&id];
             let old = retired.get(&id).into_iter().flatten();
             let groups: Vec<&BTreeSet<SegmentId>> = old.chain([&node.policy_segments]).collect();
             for group in &groups {
@@ -76,20 +93,10 @@ impl Automaton {
                     .iter()
                     .flat_map(|segment| &all_steps[segment.demonstration as usize][segment.index as usize])
                     .collect();
-                // A version runs where a segment of its own is, and the current one wherever no older one does: in what
-                // comes next, too.
-                let runs = |group: &BTreeSet<SegmentId>, sequence: u32| {
-                    group.iter().any(|segment| segment.demonstration == sequence)
-                };
-                let is_current = std::ptr::eq(*group, &node.policy_segments);
-                let is_absent = |sequence: &u32| {
-                    let elsewhere = groups.iter().any(|other| runs(other, *sequence));
-                    !runs(group, *sequence) && (elsewhere || !is_current)
-                };
-                let absent = (0..=all_steps.len() as u32).filter(is_absent).map(|sequence| sequence as usize).collect();
+                let absent = absences(group, &groups, all_steps.len());
                 let emission = emission(&shown, parameters)?;
                 versions.entry(id).or_default().push(phases.len());
-                phases.push(Phase { context, emission, exit: slot, entry: slot, absent });
+                phases.push(Phase { context: contexts[&id], emission, exit: slot, entry: slot, absent });
             }
         }
         let size = task.len();
@@ -114,12 +121,12 @@ impl Automaton {
         Ok((automaton, sequences))
     }
 
-    /// The phase of a node as it is now.
+    /// The phase of the current version of a node.
     pub(super) fn current(&self, id: NodeId) -> Option<usize> {
         self.versions.get(&id)?.last().copied()
     }
 
-    /// The phases that a place stands for; START has none.
+    /// The phases that a place stands for. START has none.
     fn phases_of(&self, place: Place) -> Vec<usize> {
         match place {
             Place::Start => Vec::new(),
@@ -128,7 +135,7 @@ impl Automaton {
         }
     }
 
-    /// Permits a transition, between all versions of the two.
+    /// Permits a transition, between all versions of the two places.
     pub(super) fn add_edge(&mut self, from: Place, to: Place) {
         if !self.edges.insert((from, to)) {
             return;
@@ -143,7 +150,7 @@ impl Automaton {
         }
     }
 
-    /// A phase for a node that is new, without edges.
+    /// Adds a phase for a new node, without edges.
     pub(super) fn add_node(&mut self, id: NodeId, context: usize, emission: LinearGaussian) {
         let phase = self.model.phases.len();
         let (exit, entry) = (self.model.exits.len(), self.model.entries.len());
@@ -154,8 +161,8 @@ impl Automaton {
         self.versions.insert(id, vec![phase]);
     }
 
-    /// A new version of a node, which alone runs in this sequence, and in no earlier one; it ends and is entered as the
-    /// old one.
+    /// Adds a new version of a node. Of all versions it alone runs in this sequence, and it runs in no earlier one. It
+    /// shares w and v with the old version.
     pub(super) fn add_version(&mut self, id: NodeId, emission: LinearGaussian, sequence: usize) {
         let Some(old) = self.current(id) else { return };
         let new = self.model.phases.len();
@@ -172,8 +179,8 @@ impl Automaton {
         self.versions.entry(id).or_default().push(new);
     }
 
-    /// How many of these contexts, one a segment, the structure can make in a row in a sequence after `origin`; one
-    /// more where END can follow the last of them.
+    /// How many of these contexts, one per segment, the structure can make in a row in a sequence after `origin`. If
+    /// END can follow the last of them, it counts as one more.
     pub(super) fn reach(&self, origin: Option<usize>, sequence: usize, contexts: &[usize]) -> usize {
         let mut here: BTreeSet<Option<usize>> = BTreeSet::from([origin]);
         for (index, context) in contexts.iter().enumerate() {

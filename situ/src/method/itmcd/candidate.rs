@@ -1,4 +1,4 @@
-//! The edits that are weighed against each other.
+//! The candidates: the edits that are compared.
 
 use std::fmt;
 
@@ -14,37 +14,37 @@ use crate::place::{NodeId, Place};
 /// An edit of the automaton.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Candidate {
-    /// The structure, and what every node does, stay.
+    /// The structure stays, and so does what every node does.
     Nothing,
-    /// A transition between places that none joined.
+    /// A transition between two places without an edge.
     Edge {
-        /// Where it begins.
+        /// Its first place.
         from: Place,
-        /// Where it leads.
+        /// Its second place.
         to: Place,
     },
-    /// A node in between.
+    /// A new node between two places.
     Node {
-        /// What runs before it.
+        /// The place before it.
         from: Place,
         /// Its id.
         new: NodeId,
-        /// What can run after it.
+        /// The place after it.
         to: Place,
-        /// The segment of the correction that it is made of.
+        /// The index of the segment of the correction that it is made of.
         segment: usize,
     },
     /// Another policy for a node.
     Modify {
         /// The node.
         node: NodeId,
-        /// The segment of the correction that replaces its policy.
+        /// The index of the segment of the correction that replaces its policy.
         segment: usize,
     },
 }
 
 impl Candidate {
-    /// Its type.
+    /// The type of the edit.
     pub fn edit(&self) -> Edit {
         match self {
             Self::Nothing => Edit::None,
@@ -74,9 +74,8 @@ impl Serialize for Candidate {
     }
 }
 
-/// All candidates for a correction that fails at `segment`, after `at`; `last` is what ran before the correction.
-/// `contexts`: of its segments. `order`: what can come after a new node, the most plausible first, for it decides where
-/// the data say nothing.
+/// All candidates for a correction that fails at `segment`, after `at`. `contexts` has one context per segment. `order`
+/// lists what can come after a new node, the most plausible first; it decides if the data do not.
 pub(super) fn all(
     automaton: &Automaton,
     contexts: &[usize],
@@ -88,7 +87,7 @@ pub(super) fn all(
     let mut candidates = vec![Candidate::Nothing];
     for (id, phases) in &automaton.versions {
         let context = phases.last().map(|phase| automaton.model.phases[*phase].context);
-        // Without a segment of its object there is nothing to fit a policy to.
+        // Without a segment of the node's object there is nothing to fit a policy to.
         let shown = (0..contexts.len()).filter(|index| Some(contexts[*index]) == context);
         candidates.extend(shown.map(|segment| Candidate::Modify { node: *id, segment }));
     }
@@ -103,8 +102,8 @@ pub(super) fn all(
     candidates
 }
 
-/// The automaton after an edit, its new parts fitted to the segment that showed them, the rest as it was: the warm
-/// start.
+/// The automaton after an edit: the warm start of the fit. Its new parts are fitted to the segment that showed them,
+/// and the rest is unchanged. `last` is what ran before the correction.
 pub(super) fn apply(
     automaton: &Automaton,
     candidate: Candidate,
@@ -126,7 +125,7 @@ pub(super) fn apply(
         Candidate::Modify { node, segment } => {
             edited.add_version(node, fitted(segment)?, sequence);
             if last == Place::Node(node) {
-                // Another way of doing what ran last is shown by doing it once more.
+                // To show another way of doing what ran last, the teacher does it once more.
                 edited.add_edge(last, last);
             }
         }

@@ -1,15 +1,17 @@
 //! From segments to the steps of a STARHMM.
 //!
 //! A segment becomes a fixed number of points, uniform in arc length, relative to its reference object as everywhere
-//! else (decision D0b): a rigid change of frame keeps densities comparable between objects. A point is the hand's
-//! position and two points at a tenth of a metre along its axes, which turn with it without a jump: nine coordinates in
-//! centimetres, of which those that vary most over all data are kept; what changes in another alone is not seen. It is
-//! regressed on (1, u, u²), u the share of the arc length behind it: the action a_t of the STARHMM, which is how far
-//! the motion was told to go. The state of the world, which is seen once a segment only, decides what is entered. The
-//! object, and whether the hand leaves it closed (D6b), is the context.
+//! else (decision D0b). A rigid change of frame keeps densities comparable between objects. A point is the hand's
+//! position and two points at a tenth of a metre along the hand's axes, which turn with the hand without a jump. These
+//! are nine coordinates in centimetres. Those that vary most over all data are kept; a change in another coordinate
+//! alone is not seen.
 //!
-//! Interpolated points are not independent: ten of them stand for three to five keyframes, so evidence is counted two
-//! to three times. The floor of the variance, (2 cm)², bounds what that does.
+//! A point is regressed on (1, u, u²), where u is the share of the arc length behind it. That is the action a_t of the
+//! STARHMM: how far the motion was told to go. The state of the world is only seen once per segment; it decides what is
+//! entered. The context is the object, and whether the hand is closed at the end (D6b).
+//!
+//! Interpolated points are not independent. Ten of them stand for three to five keyframes, so evidence is counted two
+//! to three times. The floor of the variance, (2 cm)², bounds the effect.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -25,10 +27,10 @@ use crate::keyframe::interpolate::resample;
 pub const UNIT: f64 = 0.01;
 /// The length that a radian counts, metres (decision D5).
 const METRES_PER_RADIAN: f64 = 0.1;
-/// Coordinates of a pose before the projection.
+/// The coordinates of a pose before the projection.
 const COORDINATES: usize = 9;
 
-/// How a world is seen: contexts, and what is projected to.
+/// How a world is seen: the contexts, and the coordinates and features that are kept.
 pub(super) struct Frames {
     contexts: BTreeMap<(Arc<str>, bool), usize>,
     coordinates: Vec<usize>,
@@ -39,7 +41,7 @@ pub(super) struct Frames {
 }
 
 impl Frames {
-    /// A view of these segments and states; `scales`: one a feature.
+    /// A view of these segments and states. `scales` has one scale per feature.
     pub(super) fn new(
         segments: &[&Segment],
         states: &[&State],
@@ -55,7 +57,7 @@ impl Frames {
             .collect();
         let mut coordinates = most_varied(&points, parameters.coordinates);
         if coordinates.is_empty() {
-            // Where the hand stands still everywhere, one coordinate is as good as another; a phase needs one.
+            // If the hand stands still everywhere, every coordinate is equally good, and a phase needs one.
             coordinates.push(0);
         }
         Self {
@@ -73,19 +75,19 @@ impl Frames {
         self.contexts.get(&key(segment)).copied().unwrap_or(self.contexts.len())
     }
 
-    /// ψ: 1, and the features that are kept, in their scales.
+    /// ψ: 1, and the features that are kept, each divided by its scale.
     pub(super) fn entry_features(&self, state: &State) -> Vec<f64> {
         let kept = self.features.iter().map(|index| state.values()[*index] / self.scales[*index]);
         std::iter::once(1.0).chain(kept).collect()
     }
 
-    /// The number of ψ.
+    /// The length of ψ.
     pub(super) fn entry_width(&self) -> usize {
         1 + self.features.len()
     }
 
-    /// The steps of a segment as one of this context; `after` is the state that it reached. Its phase ends at the last
-    /// alone, for the segmentation is known and an automaton runs whole primitives; φ is a constant.
+    /// The steps of a segment in this context. `after` is the state that the segment reached. Its phase can end only at
+    /// the last step, because the segmentation is known and an automaton runs whole primitives. φ is a constant.
     pub(super) fn steps(&self, segment: &Segment, context: usize, after: &State) -> Vec<StarhmmStep> {
         let entry_features = self.entry_features(after);
         let last = self.points - 1;
@@ -98,7 +100,7 @@ impl Frames {
                 let share = index as f64 / last as f64;
                 let mut regressors = vec![1.0, share, share * share];
                 if self.lag == Lag::One {
-                    // The first point of a segment has none before it in the frame of the same object.
+                    // The first point of a segment has no point before it in the frame of the same object.
                     regressors.push(if before.is_none() { 1.0 } else { 0.0 });
                     regressors.extend(before.take().unwrap_or_else(|| vec![0.0; target.len()]));
                 }
@@ -122,7 +124,7 @@ fn key(segment: &Segment) -> (Arc<str>, bool) {
     (segment.reference.clone(), matches!(last, Some(Gripper::Close(_))))
 }
 
-/// The points of a segment, [`UNIT`].
+/// The points of a segment, in [`UNIT`].
 fn path(segment: &Segment, points: usize) -> Vec<[f64; COORDINATES]> {
     let poses: Vec<Pose> = segment.keyframes.iter().map(|keyframe| keyframe.pose).collect();
     let arm = |pose: &Pose, axis: Vector3<f64>| pose.rotation * (axis * METRES_PER_RADIAN);
@@ -135,8 +137,8 @@ fn path(segment: &Segment, points: usize) -> Vec<[f64; COORDINATES]> {
         .collect()
 }
 
-/// The indices, in order, of so many columns with the greatest variance: the first where two tie, and none that does
-/// not vary.
+/// The indices, in order, of the `count` columns with the greatest variance; the first if two tie. A column that does
+/// not vary is left out.
 fn most_varied(rows: &[Vec<f64>], count: usize) -> Vec<usize> {
     let width = rows.first().map_or(0, Vec::len);
     let size = rows.len() as f64;

@@ -1,30 +1,31 @@
-//! Incremental task modification via corrective demonstrations (Gutierrez, Chu, Thomaz and Niekum, ICRA 2018): a
-//! *reconstruction*, for the modification of the criterion and the numbers of the paper are not known to us.
+//! `itmcd`: incremental task modification via corrective demonstrations (Gutierrez, Chu, Thomaz and Niekum, ICRA 2018).
+//! This is a *reconstruction*: we do not know the paper's modification of the criterion, nor its numbers.
 //!
-//! At a correction the automaton is made a STARHMM ([`starhmm`]); every edit that it could need ([`candidate`]) is
-//! fitted to all data, original and corrective, by EM; AICc ([`criterion`]) chooses ([`selection`]); and the correction
-//! is folded into the keyframe task model by exactly that edit, by the lines of Algorithm 2 that SITU does it by. So
-//! what it starts from and what it executes is that of every keyframe method, and what differs is the choice.
+//! At a correction the automaton becomes a STARHMM ([`starhmm`]). Every edit that it could need ([`candidate`]) is
+//! fitted by EM to all data, original and corrective, and AICc ([`criterion`]) chooses ([`selection`]). Then exactly
+//! that edit is made to the keyframe task model, by the lines of Algorithm 2 that SITU uses too. So only the choice
+//! differs: it starts from the same task model as every keyframe method, and executes it in the same way.
 //!
-//! What had to be decided, beside what a step is ([`frames`]):
-//! - *Modification.* A refit of a phase to old and new data alike loses to a new node wherever the two differ, for a
-//!   Gaussian over both is wide. What a modification says is that the old way is over: so the old version of the phase
-//!   keeps explaining what was shown before, the new one explains the correction, and both end and are entered by one w
-//!   and one v. A modification costs an emission; a new node a w and a v besides.
-//! - *k and n.* All parameters of the model against all scalar observations. With a single original n is so small that
-//!   AICc misses most modifications: the correction is then averaged in.
-//! - *The search.* An edge for every absent pair, so O(|T|²) EM runs over all data; but where the correction is
-//!   impossible under a candidate, log L is −∞ by structure alone, and no EM is run. That is exact. Each run starts
-//!   from the fit before the edit, once, and is stopped after [`parameters`]' `max_iterations` or where an iteration
-//!   gains next to nothing: that is a bound of ours.
-//! - *The place of a new node.* After what ran last: the correction begins there, whatever was interrupted.
-//! - *More than one edit.* By rounds ([`selection`]). The first goes as far as any single edit can, however badly it
-//!   fits on the way.
-//! - *Termination.* Where a primitive ends is seen, as for every method here: by the change of the reference object. So
-//!   τ has a constant only.
-//! - *Autoregression.* Off: see [`parameters::Lag`].
-//! - *Refusal.* Where every candidate is too large for the data, the model stays as it is. The candidates of the last
-//!   correction, the refused ones among them, are in the model's JSON under `rounds`.
+//! These things had to be decided, besides what a step is ([`frames`]):
+//! - *Modification.* A phase that is fitted again to old and new data alike loses against a new node if the two differ,
+//!   because a Gaussian over both is wide. A modification means that the old way is over. So the old version of the
+//!   phase still explains what was shown before, and the new version explains the correction. Both versions share one w
+//!   and one v. A modification costs an emission; a new node also costs a w and a v.
+//! - *k and n.* All parameters of the model against all scalar observations. With a single original, n is so small that
+//!   AICc misses most modifications; then the correction is averaged in.
+//! - *The search.* There is one candidate edge per absent pair, so O(|T|²) runs of EM over all data. If the correction
+//!   is impossible under a candidate, log L is −∞ by structure alone, and no EM runs; that is exact. Each run starts
+//!   once, from the fit before the edit. It stops after `max_iterations` of [`parameters`], or when an iteration gains
+//!   next to nothing; that bound is ours.
+//! - *The place of a new node.* It is after what ran last, because the correction begins there, even if another node
+//!   was interrupted.
+//! - *More than one edit.* The search goes by rounds ([`selection`]). The first round goes as far as any single edit
+//!   can, even if it fits badly on the way.
+//! - *Termination.* The end of a primitive is observed, as for every method here: the reference object changes. So τ
+//!   only has a constant.
+//! - *Autoregression.* It is off: see [`parameters::Lag`].
+//! - *Refusal.* If every candidate is too large for the data, the model stays as it is. The candidates of the last
+//!   correction, with those that were refused, are in the model's JSON under `rounds`.
 
 mod automaton;
 pub mod candidate;

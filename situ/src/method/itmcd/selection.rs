@@ -1,8 +1,8 @@
-//! Which edit explains a correction best.
+//! The search for the edit that explains a correction best.
 //!
 //! Every candidate is fitted to all data, original and corrective, and the smallest AICc wins. One edit explains most
-//! corrections. Where none makes the whole of one possible, those that make the longest part of it possible, in
-//! segments, are compared on that part; then the search goes on from there, so a correction can bring several edits.
+//! corrections. If no edit makes the whole correction possible, those that make the longest part of it possible, in
+//! segments, are compared on that part. Then the search continues from there, so a correction can bring several edits.
 
 use serde::Serialize;
 
@@ -15,10 +15,10 @@ use crate::error::SituError;
 use crate::place::{NodeId, Place};
 use crate::trace::Counters;
 
-/// A candidate must be better than an earlier one by more than this: what differs by less differs by rounding.
+/// A candidate must be better than an earlier one by more than this. A smaller difference is rounding.
 const MARGIN: f64 = 1e-6;
 
-/// What a candidate was found to be worth.
+/// The result for one candidate.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CandidateEvaluation {
     /// The edit.
@@ -27,9 +27,9 @@ pub struct CandidateEvaluation {
     pub parameters: usize,
     /// n, the scalar observations that it was compared on.
     pub observations: usize,
-    /// log L, nats; `None` where it was not fitted, for it was refused.
+    /// log L, nats. `None` if the candidate was refused, as it was not fitted.
     pub log_likelihood: Option<f64>,
-    /// AICc; `None` where the candidate is refused, for n ≤ k + 1.
+    /// AICc. `None` if the candidate is refused, because n ≤ k + 1.
     pub criterion: Option<f64>,
     /// Its Akaike weight among the candidates of the round.
     pub weight: f64,
@@ -38,19 +38,47 @@ pub struct CandidateEvaluation {
 /// One round of the search.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Round {
-    /// Segments of the correction that the winner makes possible; one more where END is.
+    /// The segments of the correction that the winner makes possible. END counts as one more.
     pub reach: usize,
-    /// Candidates that do not make as much possible: they are not fitted.
+    /// The number of candidates that make less possible. They are not fitted.
     pub impossible: usize,
-    /// The others, in order.
+    /// The other candidates, in order.
     pub evaluations: Vec<CandidateEvaluation>,
-    /// The winner; `None` where every one is refused.
+    /// The winner. `None` if every candidate is refused.
     pub chosen: Option<Candidate>,
 }
 
-/// A correction, as the search sees it.
+impl Round {
+    /// Fits and weighs these candidates, which reach equally far. Returns the winner's automaton.
+    fn compare(
+        &mut self,
+        built: Vec<(Candidate, Automaton, usize)>,
+        sequences: &[StarhmmSequence],
+        parameters: &ItmcdParameters,
+        counters: &mut Counters,
+    ) -> Result<Option<Automaton>, SituError> {
+        let mut best: Option<(f64, Automaton)> = None;
+        for (candidate, mut edited, _) in built {
+            let evaluation = evaluate(candidate, &mut edited, sequences, parameters, counters)?;
+            if let Some(criterion) = evaluation.criterion
+                && best.as_ref().is_none_or(|(least, _)| criterion < least - MARGIN)
+            {
+                best = Some((criterion, edited));
+                self.chosen = Some(candidate);
+            }
+            self.evaluations.push(evaluation);
+        }
+        let criteria: Vec<Option<f64>> = self.evaluations.iter().map(|evaluation| evaluation.criterion).collect();
+        for (evaluation, weight) in self.evaluations.iter_mut().zip(akaike_weights(&criteria)) {
+            evaluation.weight = weight;
+        }
+        Ok(best.map(|(_, automaton)| automaton))
+    }
+}
+
+/// A correction as the search sees it.
 pub(super) struct Shown {
-    /// What had run before it.
+    /// What ran before it.
     pub(super) last: Place,
     /// ψ of its first state.
     pub(super) entry_features: Vec<f64>,
@@ -58,14 +86,14 @@ pub(super) struct Shown {
     pub(super) segments: Vec<Vec<StarhmmStep>>,
     /// Whether it was carried on to the end.
     pub(super) ends: bool,
-    /// Places that can come after a segment, the most plausible first, one list a segment.
+    /// For each segment, the places that can come after it, the most plausible first.
     pub(super) order: Vec<Vec<Place>>,
 }
 
-/// The outcome.
+/// The result of the search.
 pub(super) struct Plan {
     pub(super) rounds: Vec<Round>,
-    /// The node of each segment; `None` where every candidate of a round was refused.
+    /// The node of each segment. `None` if every candidate of a round was refused.
     pub(super) nodes: Option<Vec<NodeId>>,
 }
 
@@ -75,7 +103,7 @@ impl Plan {
     }
 }
 
-/// Searches. `next` is the id of the first node that is added; `sequences` are those of the histories.
+/// Searches for the edits. `sequences` are those of the histories; `next` is the id for the first node that is added.
 pub(super) fn select(
     mut automaton: Automaton,
     mut sequences: Vec<StarhmmSequence>,
@@ -100,7 +128,7 @@ pub(super) fn select(
         let mut built = Vec::new();
         for candidate in all(&automaton, &contexts, (at, explained), next, order) {
             let edited = apply(&automaton, candidate, shown.last, own, &shown.segments, parameters)?;
-            // A new version takes the place of the old one as what had run, too: their children are the same.
+            // If what ran last gets a new version, that version has the same children, so `origin` still holds.
             let reach = edited.reach(origin, own, &contexts).min(goal);
             built.push((candidate, edited, reach));
         }
@@ -118,26 +146,12 @@ pub(super) fn select(
             ends: reach > contexts.len(),
         });
         let mut round = Round { reach, impossible: count - built.len(), evaluations: Vec::new(), chosen: None };
-        let mut best: Option<(f64, Automaton)> = None;
-        for (candidate, mut edited, _) in built {
-            let evaluation = evaluate(candidate, &mut edited, &sequences, parameters, counters)?;
-            if let Some(criterion) = evaluation.criterion
-                && best.as_ref().is_none_or(|(least, _)| criterion < least - MARGIN)
-            {
-                best = Some((criterion, edited));
-                round.chosen = Some(candidate);
-            }
-            round.evaluations.push(evaluation);
-        }
-        let criteria: Vec<Option<f64>> = round.evaluations.iter().map(|evaluation| evaluation.criterion).collect();
-        for (evaluation, weight) in round.evaluations.iter_mut().zip(akaike_weights(&criteria)) {
-            evaluation.weight = weight;
-        }
+        let winner = round.compare(built, &sequences, parameters, counters)?;
         if let Some(Candidate::Node { .. }) = round.chosen {
             next = NodeId(next.0 + 1);
         }
         rounds.push(round);
-        let Some((_, winner)) = best else { return Ok(Plan { rounds, nodes: None }) };
+        let Some(winner) = winner else { return Ok(Plan { rounds, nodes: None }) };
         automaton = winner;
         let nodes = placed(&automaton, own, &sequences[own], &shown.segments)?;
         (explained, at) = (reach, nodes.last().map_or(at, |id| Place::Node(*id)));
@@ -147,7 +161,7 @@ pub(super) fn select(
     }
 }
 
-/// A model fitted to these sequences, the work counted.
+/// Fits a model to these sequences and counts the work.
 fn fitted(
     model: Starhmm,
     sequences: &[StarhmmSequence],
@@ -163,7 +177,7 @@ fn fitted(
     Ok(fit)
 }
 
-/// Fits a candidate, where it is not too large for the data.
+/// Fits a candidate if it is not too large for the data.
 fn evaluate(
     candidate: Candidate,
     edited: &mut Automaton,
@@ -190,7 +204,7 @@ fn evaluate(
     Ok(evaluation)
 }
 
-/// The node of each segment on the most probable path, whose phases end with a segment or not at all.
+/// The node of each segment on the most probable path. A phase on it ends only where a segment ends.
 fn placed(
     automaton: &Automaton,
     index: usize,

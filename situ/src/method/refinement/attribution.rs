@@ -10,30 +10,40 @@ use crate::situ::{near_enough, suspects};
 use crate::task_model::TaskModel;
 use crate::trace::Counters;
 
-/// The primitive that a segment shows another way of doing, by the rule of decision D18; none where there is no such
-/// primitive.
-///
-/// The candidates, in this order: the primitive that was interrupted, the most probable child of `last` if it is
-/// probable enough, and `last` itself. The first is taken that has the segment's reference object and is not too far
-/// from the segment, in the divergence that `situ` uses. It is always the *original* policy that is compared: the
-/// automaton is never changed, so the same segment is about the same primitive, whatever was corrected before. A policy
-/// is fitted to the segment only where a candidate is on its object.
-///
-/// # Errors
-/// [`SituError::UnknownNode`], or where no policy can be fitted to the segment.
-pub fn attribute(
-    model: &TaskModel<KeyframeLearner>,
-    learner: &KeyframeLearner,
-    rule: &Modify,
-    last: Place,
-    interrupted: Option<NodeId>,
-    segment: &Segment,
-    counters: &mut Counters,
-) -> Result<Option<NodeId>, SituError> {
-    let suspects = suspects(model, last, interrupted, segment, rule)?;
-    if suspects.is_empty() {
-        return Ok(None);
+/// The original automaton, and the rule by which a segment is attributed to one of its primitives.
+pub struct Attribution<'a> {
+    /// The original automaton.
+    pub model: &'a TaskModel<KeyframeLearner>,
+    /// What fits and compares policies.
+    pub learner: &'a KeyframeLearner,
+    /// The rule of decision D18.
+    pub rule: &'a Modify,
+}
+
+impl Attribution<'_> {
+    /// The primitive that a segment shows another way of doing, by the rule of decision D18. `None` if there is no such
+    /// primitive.
+    ///
+    /// The candidates are, in this order: the primitive that was interrupted, the most probable child of `last` if it
+    /// is probable enough, and `last` itself. The first candidate wins that has the segment's reference object and is
+    /// not too far from the segment, by the divergence of `situ`. The comparison is always with the *original* policy:
+    /// the automaton never changes, so a segment is attributed to the same primitive after any earlier corrections. A
+    /// policy is fitted to the segment only if a candidate is on its object.
+    ///
+    /// # Errors
+    /// [`SituError::UnknownNode`], or if no policy can be fitted to the segment.
+    pub fn of(
+        &self,
+        last: Place,
+        interrupted: Option<NodeId>,
+        segment: &Segment,
+        counters: &mut Counters,
+    ) -> Result<Option<NodeId>, SituError> {
+        let suspects = suspects(self.model, last, interrupted, segment, self.rule)?;
+        if suspects.is_empty() {
+            return Ok(None);
+        }
+        let own = self.learner.fit_policy(&[segment], counters)?;
+        near_enough(self.model, &suspects, &own, self.learner, self.rule, counters)
     }
-    let own = learner.fit_policy(&[segment], counters)?;
-    near_enough(model, &suspects, &own, learner, rule, counters)
 }

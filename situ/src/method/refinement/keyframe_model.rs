@@ -1,24 +1,24 @@
 //! `keyframe_model`: a primitive as keyframe clusters in order (Akgun et al. 2012; Akgun and Thomaz 2016).
 //!
-//! The original learns *sequential pose distributions*, clusters of aligned keyframes, through whose means it lays a
-//! spline, and lets a teacher step through them and modify, add or delete one at a time. Reconstructed here:
+//! The original learns *sequential pose distributions*: clusters of aligned keyframes, with a spline through their
+//! means. A teacher steps through them and modifies, adds or deletes one at a time. Reconstructed here:
 //!
-//! - The clusters are the hidden states of the original policy, each a Gaussian over poses with a gripper command and a
-//!   rest: so the uncorrected primitive is the original one. The spline is whoever executes the keyframes: a rollout
-//!   joins the means as it does for every method.
-//! - A correction states no commands. They are read from the alignment of its keyframes with the clusters
-//!   ([`super::alignment`]): *modify* where a keyframe has a cluster as partner, *add* where it has none, *delete*
-//!   where a cluster has none.
-//! - **Modify**: a keyframe that the cluster's distribution holds to be one of its own, within the 95th percentile, is
-//!   averaged in as one more instance; another becomes the cluster's mean, for it is what the teacher wants instead.
-//!   Instances are counted anew then. With three careful originals the border is between 5 and 6 cm, or at 24°: a
-//!   correction by less is taken for noise.
-//! - **Add**, between the clusters where it was shown, unless it lies on the way that the clusters beside it make
-//!   anyway: people give needless keyframes.
-//! - **Delete**, where that is warranted: the cluster must lie off the way that was shown there (a keyframe that is
-//!   forgotten on the way costs nothing), and it must not be the one at which the hand closes or opens, unless the
-//!   correction closes or opens it there by another keyframe. Where a correction begins late or stops early it shows no
-//!   way, so nothing is deleted there.
+//! - The clusters are the hidden states of the original policy. Each is a Gaussian over poses with a gripper command
+//!   and a rest, so the uncorrected primitive is the original one. There is no spline: a rollout joins the means, as it
+//!   does for every method.
+//! - A correction contains no commands to modify, add or delete. They are read from the alignment of its keyframes with
+//!   the clusters ([`super::alignment`]). If a keyframe has a cluster as its partner, it is *modify*; if a keyframe has
+//!   no partner, *add*; if a cluster has no partner, *delete*.
+//! - **Modify**: a keyframe within the 95th percentile of the cluster's distribution is averaged in as one more
+//!   instance. Any other keyframe becomes the cluster's mean, because the teacher wants it instead; then instances are
+//!   counted anew. With three careful originals the border is between 5 and 6 cm, or at 24°: a smaller correction
+//!   counts as noise.
+//! - **Add**: the keyframe is added between the clusters where it was shown. It is not added if it lies on the way
+//!   between those clusters anyway, because people give needless keyframes.
+//! - **Delete**: the cluster must lie off the way that was shown there, as forgetting a keyframe on the way means
+//!   nothing. A cluster at which the hand closes or opens is deleted only if another keyframe of the correction closes
+//!   or opens the hand there. Where a correction begins late or stops early it shows no way, so nothing is deleted
+//!   there.
 
 use nalgebra::Matrix6;
 use serde::Serialize;
@@ -32,8 +32,8 @@ use crate::keyframe::policy::{CHI_SQUARED_6_95, KeyframePolicy};
 use crate::keyframe::pose::{exp, log};
 use crate::trace::Counters;
 
-/// A keyframe no further from a way than this is on the way, metres (a radian counts a tenth): more than a novice's
-/// noise of 1 cm and 4° makes of it, less than the 8 cm of a near-variant.
+/// A keyframe that is at most this far from a way is on the way, metres (a radian counts a tenth of a metre). It is
+/// more than a novice's noise of 1 cm and 4° amounts to, and less than the 8 cm of a small variation.
 const ON_THE_WAY: f64 = 0.05;
 
 /// Refines by moving, adding and deleting keyframe clusters.
@@ -49,7 +49,7 @@ pub struct Cluster {
     pub gripper: Gripper,
     /// Seconds of rest.
     pub hold: f64,
-    /// Keyframes whose mean it is.
+    /// The number of keyframes that it is the mean of.
     pub instances: u64,
 }
 
@@ -58,11 +58,11 @@ impl Cluster {
         Stop { pose: self.emission.mean, gripper: self.gripper }
     }
 
-    /// *Modify*: averages a keyframe in where it is an instance, else moves there.
+    /// *Modify*: averages a keyframe in if it is an instance; else the cluster moves to it.
     fn modify(&mut self, shown: &RelativeKeyframe) {
         let apart = log(&self.emission.mean, &shown.pose);
         if self.emission.mahalanobis_squared(&apart) > CHI_SQUARED_6_95 {
-            // The factor that an emission keeps is its covariance's, which stays.
+            // The emission keeps a factor of its covariance, and the covariance stays.
             self.emission.mean = shown.pose;
             (self.gripper, self.hold, self.instances) = (shown.gripper, shown.hold, 1);
             return;
@@ -81,24 +81,24 @@ impl Cluster {
     }
 }
 
-/// The clusters in order; at least one.
+/// The clusters in order, at least one.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Clusters(pub Vec<Cluster>);
 
 impl Clusters {
-    /// What to do with the clusters `from.0..to.0` and the keyframes `from.1..to.1`, none of which has a partner; the
-    /// two stops around them, where there are any, are partners.
+    /// What becomes of the clusters `from.0..to.0` and the keyframes `from.1..to.1`, none of which has a partner. The
+    /// stops before and after them are partners, if there are any.
     fn between(&self, from: (usize, usize), to: (usize, usize), shown: &[RelativeKeyframe]) -> Vec<Cluster> {
         let clusters = &self.0;
         let stops: Vec<Stop> = clusters.iter().map(Cluster::stop).collect();
         let contacts = contacts(&stops);
-        // The two ways from partner to partner.
+        // The two ways from partner to partner: the clusters', and the one that was shown.
         let (first, last) = (from.0.saturating_sub(1), (to.0 + 1).min(clusters.len()));
         let own: Vec<Pose> = stops[first..last].iter().map(|stop| stop.pose).collect();
         let first_shown = from.1.saturating_sub(1);
         let other: Vec<Pose> =
             shown[first_shown..(to.1 + 1).min(shown.len())].iter().map(|keyframe| keyframe.pose).collect();
-        // Where it stands on the way that was shown, and the cluster.
+        // The clusters that stay or are added, each with its place on the way that was shown.
         let mut kept: Vec<(f64, Cluster)> = Vec::new();
         for (index, cluster) in clusters.iter().enumerate().take(to.0).skip(from.0) {
             let (off, at) = off_path(&cluster.emission.mean, &other).unwrap_or((0.0, 0.0));
@@ -122,7 +122,8 @@ impl Clusters {
         kept.into_iter().map(|(_, cluster)| cluster).collect()
     }
 
-    /// A cluster of one keyframe. It has the first one's covariance, for a single keyframe has none, and no scatter.
+    /// A cluster of one keyframe. A single keyframe has no covariance, so it takes that of the first cluster, and no
+    /// scatter.
     fn cluster(&self, shown: &RelativeKeyframe) -> Cluster {
         let mut emission = self.0[0].emission.clone();
         emission.mean = shown.pose;
@@ -175,7 +176,7 @@ impl Refine for KeyframeModel {
             from = (i + 1, j + 1);
         }
         clusters.extend(primitive.between(from, (stops.len(), shown.len()), shown));
-        // A primitive does something: where everything would be deleted, nothing is.
+        // A primitive does something: if everything would be deleted, nothing is.
         if !clusters.is_empty() {
             primitive.0 = clusters;
         }

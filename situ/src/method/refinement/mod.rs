@@ -1,19 +1,18 @@
-//! Refinement of single primitives: the methods that learn from a correction, but cannot change the structure of a
-//! task.
+//! Refinement of single primitives: these methods learn from a correction, but cannot change the structure of a task.
 //!
 //! | method | a primitive is | a correction | source |
 //! |---|---|---|---|
-//! | `keyframe_model` | keyframe clusters in order | moves, adds and deletes clusters | Akgun et al. 2012; Akgun and Thomaz 2016 |
-//! | `cost_weights:all`, `cost_weights:one_at_a_time` | the minimiser of a weighted cost | moves weights | Bajcsy et al. 2018 |
+//! | `keyframe_model` | keyframe clusters in order | moves, adds, deletes clusters | Akgun et al. 2012, 2016 |
+//! | `cost_weights:all`, `:one_at_a_time` | the minimiser of a weighted cost | moves weights | Bajcsy et al. 2018 |
 //! | `cost_weights:coactive` | the same | moves weights | Jain et al. 2013 |
 //! | `tactile_gmr` | a Gaussian mixture, regressed | is more data for it | Sauser et al. 2012 |
 //!
-//! All are *reconstructions*: what the originals do to one skill, put where our scenes have a skill, a primitive. They
-//! share one frame. The automaton, its classifiers among it, is the one that every keyframe method starts from, and
-//! never changes. Beside a node stands its refined primitive ([`Refine`]), from the first correction that is about it
-//! on; until then the node does exactly what the original policy does. A correction is cut into segments, and each goes
-//! to the node that it can be showing another way of ([`attribution`]), or else is ignored: what these methods lack is
-//! visible in the tables, and [`Method::edits`] says it.
+//! All are *reconstructions*: they apply to one primitive of our scenes what the originals do to one skill. They share
+//! one frame. The automaton with its classifiers is the one that every keyframe method starts from, and it never
+//! changes. A node gets a refined primitive ([`Refine`]) from the first correction about it; until then it does exactly
+//! what the original policy does. A correction is cut into segments. Each segment goes to the node that it may show
+//! another way of doing ([`attribution`]), and is ignored if there is none. The tables show what these methods lack,
+//! and [`Method::edits`] declares it.
 
 pub mod alignment;
 pub mod attribution;

@@ -1,4 +1,4 @@
-//! What a way to refine primitives must be able to do.
+//! What a way of refining primitives must be able to do.
 
 use std::fmt::Debug;
 
@@ -15,20 +15,20 @@ use crate::trace::Counters;
 pub struct Refined {
     /// The mean, in the frame of the reference object.
     pub mean: RelativeKeyframe,
-    /// Scatter about it in the tangent space at the mean, metres and radians, position first, shape (6, 6): what a
-    /// sampled execution draws from, within the bounds of decision D15.
+    /// The scatter about the mean in the tangent space there, metres and radians, position first, shape (6, 6). A
+    /// sampled execution draws from it within the bounds of decision D15.
     pub scatter: Matrix6<f64>,
 }
 
-/// A way to refine single primitives.
+/// A way of refining single primitives.
 pub trait Refine: Copy + Debug + Send + Sync + 'static {
-    /// A refinable primitive.
+    /// A primitive that can be refined.
     type Primitive: Clone + Debug + PartialEq + Serialize + Send + Sync;
 
-    /// The primitive of an original policy and the segments that the policy was fitted to, before any correction.
+    /// The primitive of an original policy, before any correction. `segments` are those that the policy was fitted to.
     ///
     /// # Errors
-    /// [`SituError::Policy`] where it cannot be fitted.
+    /// [`SituError::Policy`] if it cannot be fitted.
     fn fit(
         &self,
         original: &KeyframePolicy,
@@ -36,10 +36,10 @@ pub trait Refine: Copy + Debug + Send + Sync + 'static {
         counters: &mut Counters,
     ) -> Result<Self::Primitive, SituError>;
 
-    /// Folds in a segment that shows another way of doing the primitive.
+    /// Refines the primitive by a segment that shows another way of doing it.
     ///
     /// # Errors
-    /// [`SituError::Policy`] where it cannot be fitted; the primitive is then worth nothing.
+    /// [`SituError::Policy`] if it cannot be fitted. The primitive must then be discarded.
     fn correct(
         &self,
         primitive: &mut Self::Primitive,
@@ -47,6 +47,6 @@ pub trait Refine: Copy + Debug + Send + Sync + 'static {
         counters: &mut Counters,
     ) -> Result<(), SituError>;
 
-    /// The keyframes of an execution, in order: at least one.
+    /// The keyframes of an execution, in order, at least one.
     fn keyframes(&self, primitive: &Self::Primitive) -> Vec<Refined>;
 }

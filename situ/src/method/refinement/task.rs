@@ -1,4 +1,4 @@
-//! A task model whose primitives are refined one by one, under an automaton that stays as it was taught.
+//! A task model with primitives that are refined one by one, under an automaton that stays as it was taught.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-use super::attribution::attribute;
+use super::attribution::Attribution;
 use super::refine::Refine;
 use crate::correction::Correction;
 use crate::decisions::Decisions;
@@ -30,11 +30,11 @@ use crate::trace::Trace;
 #[derive(Clone, Debug)]
 pub(super) struct RefinedTask<R: Refine> {
     refine: R,
-    /// Never changed, so copies share it.
+    /// It never changes, so copies share it.
     model: Arc<TaskModel<KeyframeLearner>>,
     learner: KeyframeLearner,
     decisions: Decisions,
-    /// Corrections seen, of whatever use: they number the segments.
+    /// The number of corrections so far, with those that were ignored. They number the segments.
     corrections: u32,
     corrected: BTreeMap<NodeId, Corrected<R::Primitive>>,
 }
@@ -42,7 +42,7 @@ pub(super) struct RefinedTask<R: Refine> {
 /// A node that corrections were about.
 #[derive(Clone, Debug, Serialize)]
 struct Corrected<P> {
-    /// The corrections' segments.
+    /// The segments of the corrections.
     segments: Vec<SegmentId>,
     primitive: P,
 }
@@ -55,7 +55,7 @@ impl<R: Refine> RefinedTask<R> {
         Ok(Self { refine, model, learner, decisions, corrections: 0, corrected: BTreeMap::new() })
     }
 
-    /// The node as it is now; made from the original where no correction was about it before.
+    /// The node as it is now. If no correction was about it before, it is made from the original.
     fn corrected(&self, id: NodeId, trace: &mut Trace) -> Result<Corrected<R::Primitive>, SituError> {
         if let Some(known) = self.corrected.get(&id) {
             return Ok(known.clone());
@@ -77,9 +77,9 @@ impl<R: Refine> Learned for RefinedTask<R> {
         let mut touched: BTreeMap<NodeId, Corrected<R::Primitive>> = BTreeMap::new();
         let mut a = last;
         if let Some(rule) = &self.decisions.modify {
+            let attribution = Attribution { model: &self.model, learner: &self.learner, rule };
             for (index, segment) in (0..).zip(by_reference_object(demonstration)) {
-                let (model, learner, counters) = (&self.model, &self.learner, &mut trace.counters);
-                let about = attribute(model, learner, rule, a, interrupted.take(), &segment, counters)?;
+                let about = attribution.of(a, interrupted.take(), &segment, &mut trace.counters)?;
                 let Some(id) = about else { continue };
                 let mut node = match touched.remove(&id) {
                     Some(node) => node,
@@ -92,7 +92,7 @@ impl<R: Refine> Learned for RefinedTask<R> {
                 a = Place::Node(id);
             }
         }
-        // Only now, so that an error leaves the model as it was.
+        // This comes last, so that an error leaves the model as it was.
         trace.counters.nodes_touched += touched.len() as u64;
         self.corrected.append(&mut touched);
         self.corrections += 1;

@@ -1,8 +1,8 @@
-//! Numbers of frames in states.
+//! A table with one number per frame and state.
 
 use crate::vector::LANES;
 
-/// Numbers of frames in states, a padded column a state.
+/// One number per frame and state, one padded column per state.
 pub(in crate::keyframe::hmm) struct Cells {
     pub(super) columns: Vec<f64>,
     length: usize,

@@ -12,12 +12,12 @@ pub(super) struct GeneralChain {
     end: Vec<Wide>,
     /// Probability of state j after state i at `i * K + j`.
     transition: Vec<Wide>,
-    /// Of each state, the range in which its successors are.
+    /// For each state, the range that holds its successors.
     successors: Vec<Range<usize>>,
     /// Densities of the sequence and forward variables, T × K.
     densities: Vec<Wide>,
     forward: Vec<Wide>,
-    /// b β of the frame after, and β of this one; K each.
+    /// b β of the frame after, and β of this one; shape (K) each.
     after: Vec<Wide>,
     now: Vec<Wide>,
     frames: usize,
@@ -55,7 +55,7 @@ impl GeneralChain {
         }
     }
 
-    /// The log likelihood of a sequence, by the log densities of its frames.
+    /// The log likelihood of a sequence, from the log densities of its frames.
     pub(super) fn forward(&mut self, log_densities: &Cells, frames: Range<usize>) -> f64 {
         let k = self.initial.len();
         self.frames = frames.len();
@@ -86,8 +86,9 @@ impl GeneralChain {
         self.likelihood.log()
     }
 
-    /// The posteriors of the sequence that [`GeneralChain::forward`] went through, whose likelihood is not 0: gives
-    /// the share of each state in each frame to `occupies(frame, state, share)`, and adds to `transitions` (K × K).
+    /// The posteriors of the sequence of the last [`GeneralChain::forward`], whose likelihood must not be 0. Calls
+    /// `occupies(frame, state, share)` with the share of each state in each frame, and adds to `transitions`, shape (K,
+    /// K).
     pub(super) fn backward(&mut self, transitions: &mut [f64], mut occupies: impl FnMut(usize, usize, f64)) {
         let k = self.initial.len();
         let share = self.likelihood.inverse();

@@ -1,26 +1,26 @@
-//! The recursions of a left-to-right model, in plain numbers, over some sequences at once: every state stays, goes to
-//! the next, or past it.
+//! The recursions of a left-to-right model, in plain floats, over several sequences at once. Every state can stay, go
+//! to the next state, or skip it.
 
 use crate::keyframe::hmm::model::Hmm;
 use crate::vector::{Four, Kernel, LANES, Wide};
 
-/// The farthest that a state goes on: past the next one.
+/// How many states ahead a state can go: it can skip one.
 const REACH: usize = 2;
-/// Sequences that are gone through at once.
+/// The number of sequences in a batch.
 pub(super) const TOGETHER: usize = LANES;
-/// A scaled likelihood from here on is right to the last digits, and so are its posteriors from 10⁻⁴⁰ on.
+/// From this scaled likelihood on, the likelihood is right to the last digits, and so are posteriors from 10⁻⁴⁰ on.
 pub(super) const LEAST: f64 = 1e-250;
 
-/// A number of each of some sequences.
+/// One number for each sequence of a batch.
 pub(super) type Lanes = [f64; TOGETHER];
 
 /// The chain of a left-to-right model of K states.
 pub(super) struct Chain {
     initial: Vec<f64>,
     end: Vec<f64>,
-    /// Probabilities into each state: from two before it, from the one before it, and of staying.
+    /// The probabilities into each state: from the state two before it, from the one before it, and of staying.
     into: Vec<[f64; REACH + 1]>,
-    /// Probabilities out of each state: of staying, to the next, and past it.
+    /// The probabilities out of each state: of staying, of going to the next, and of skipping it.
     out: Vec<[f64; REACH + 1]>,
 }
 
@@ -34,8 +34,8 @@ impl Chain {
         }
     }
 
-    /// Takes over the chain of a model of as many states; false where it is not left-to-right: a state goes back or
-    /// farther.
+    /// Takes over the chain of a model with as many states. False if that chain is not left-to-right: a state goes
+    /// back, or more than two ahead.
     pub(super) fn set<E>(&mut self, hmm: &Hmm<E>) -> bool {
         let k = hmm.states();
         self.initial.copy_from_slice(&hmm.initial);
@@ -56,25 +56,26 @@ impl Chain {
 /// Up to [`TOGETHER`] sequences, side by side from their first frames on.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Batch {
-    /// Frames of each; 0 of one that is not there.
+    /// The frames of each sequence; 0 if a lane has no sequence.
     pub(super) lengths: [usize; TOGETHER],
-    /// The first of its rows, and their number: the frames of the longest.
+    /// The first row, and the number of rows: the frames of the longest sequence.
     pub(super) first: usize,
     pub(super) rows: usize,
 }
 
-/// Expected numbers of transitions out of a state: of stays, to the next, and past it; a share of them in each lane.
+/// The expected numbers of transitions out of a state: of stays, of steps to the next, and of skips. The sum over the
+/// lanes is the count.
 pub(super) type Counts = [Lanes; REACH + 1];
 
-/// What the recursions over batches of sequences go through: a row a frame, and in it a cell a state.
+/// The tables of the recursions over batches: one row per frame, and in it one cell per state.
 pub(super) struct Rows {
-    /// Densities over the frame's greatest, shape (rows, K); 0 where a sequence has no frame.
+    /// The densities over the greatest of the frame, shape (rows, K); 0 where a sequence has no frame.
     pub(super) densities: Vec<Lanes>,
-    /// Forward variables, shape (rows, 2 + K): before the first state come two that are always 0.
+    /// The forward variables, shape (rows, 2 + K). Before the first state there are two cells that are always 0.
     forward: Vec<Lanes>,
-    /// Posteriors, shape (rows, K).
+    /// The posteriors, shape (rows, K).
     pub(super) occupancy: Vec<Lanes>,
-    /// b β of the frame after, shape (K + 2): after the last state come two that are always 0.
+    /// b β of the frame after, shape (K + 2). After the last state there are two cells that are always 0.
     after: Vec<Lanes>,
     /// Shape (K).
     pub(super) counts: Vec<Counts>,
@@ -93,13 +94,13 @@ impl Rows {
     }
 }
 
-/// The scaled likelihood of every sequence; and where it is to go `BACK` the posteriors and the expected transitions,
-/// of those sequences that plain numbers are enough for.
+/// Computes the scaled likelihood of every sequence. With `BACK` it also computes the posteriors and the expected
+/// transitions of the sequences for which plain floats are enough.
 pub(super) struct GoThrough<'a, const BACK: bool> {
     pub(super) chain: &'a Chain,
     pub(super) batches: &'a [Batch],
     pub(super) rows: &'a mut Rows,
-    /// One a batch.
+    /// One per batch.
     pub(super) likelihoods: &'a mut [Lanes],
 }
 
@@ -119,7 +120,7 @@ impl<const BACK: bool> Kernel for GoThrough<'_, BACK> {
 }
 
 impl Chain {
-    /// The forward variables of a batch; returns the scaled likelihoods.
+    /// Computes the forward variables of a batch; returns the scaled likelihoods.
     #[inline(always)]
     fn forward<S: Wide>(&self, simd: S, batch: &Batch, rows: &mut Rows) -> Lanes {
         let k = self.initial.len();
@@ -150,7 +151,7 @@ impl Chain {
         likelihoods
     }
 
-    /// The posteriors of a batch whose forward variables are there, and their transitions added to the counts.
+    /// Computes the posteriors of a batch from its forward variables, and adds its transitions to the counts.
     #[inline(always)]
     fn backward<S: Wide>(&self, simd: S, batch: &Batch, likelihoods: &Lanes, rows: &mut Rows) {
         let k = self.initial.len();

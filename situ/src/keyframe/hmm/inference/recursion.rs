@@ -1,4 +1,4 @@
-//! The recursions over the sequences of a fit.
+//! The recursions over all sequences of a fit.
 
 use super::cells::Cells;
 use super::general::GeneralChain;
@@ -6,34 +6,34 @@ use super::left_to_right::{Batch, Chain, GoThrough, LEAST, Lanes, Rows, TOGETHER
 use crate::keyframe::hmm::model::Hmm;
 use crate::vector::{Four, Kernel, LANES, Wide, exp, fours, widest};
 
-/// Sequences of frames under a model of K states, and room for the recursions over them: nothing is allocated from one
-/// re-estimation to the next.
+/// Sequences of frames under a model of K states, and the tables of the recursions over them. All is allocated once.
 pub(in crate::keyframe::hmm) struct Recursion {
     states: usize,
-    /// Frame at which each sequence starts, and the number of frames after the last.
+    /// The frame at which each sequence starts, and at the end the number of all frames.
     starts: Vec<usize>,
-    /// Log densities, for the caller to fill.
+    /// The log densities, which the caller fills.
     log_densities: Cells,
-    /// Of each frame, the greatest log density.
+    /// The greatest log density of each frame.
     scales: Vec<f64>,
     chain: Chain,
     /// The sequences side by side.
     batches: Vec<Batch>,
     rows: Rows,
-    /// Of each frame, the number in the rows that is of its first state; the next state's is [`TOGETHER`] further on.
+    /// For each frame, the place in the rows of its first state. The next state's is [`TOGETHER`] further on.
     places: Vec<usize>,
-    /// Of each sequence, its batch and its lane in it.
+    /// For each sequence, its batch and its lane in the batch.
     lanes: Vec<(usize, usize)>,
-    /// Of each batch.
+    /// One per batch.
     likelihoods: Vec<Lanes>,
     log_likelihoods: Vec<f64>,
     /// Expected transitions, shape (K, K).
     transitions: Vec<f64>,
-    /// Where plain numbers are not enough.
+    /// For the sequences that need more than plain floats.
     general: Option<GeneralChain>,
 }
 
-/// Puts sequences of these lengths side by side, the longest first; and the batch and the lane of each.
+/// Puts sequences of these lengths side by side, the longest first. Returns the batches, and the batch and the lane of
+/// each sequence.
 fn side_by_side(lengths: &[usize]) -> (Vec<Batch>, Vec<(usize, usize)>) {
     let mut order: Vec<usize> = (0..lengths.len()).collect();
     order.sort_by_key(|sequence| core::cmp::Reverse(lengths[*sequence]));
@@ -52,7 +52,7 @@ fn side_by_side(lengths: &[usize]) -> (Vec<Batch>, Vec<(usize, usize)>) {
 }
 
 impl Recursion {
-    /// For these sequences, each of at least one frame.
+    /// The recursions over these sequences, each of at least one frame.
     pub(in crate::keyframe::hmm) fn new(starts: Vec<usize>, states: usize) -> Self {
         let lengths: Vec<usize> = starts.windows(2).map(|bounds| bounds[1] - bounds[0]).collect();
         let frames = starts.last().copied().unwrap_or_default();
@@ -80,33 +80,33 @@ impl Recursion {
         }
     }
 
-    /// Makes room for sequences that plain numbers are not enough for, before any is met.
+    /// Allocates at once what sequences need for which plain floats are not enough.
     pub(in crate::keyframe::hmm) fn with_room_for_all(mut self) -> Self {
         self.general = Some(new_general(&self.starts, self.states));
         self
     }
 
-    /// Log densities, to be filled before each go.
+    /// The log densities, which must be filled before each recursion.
     pub(in crate::keyframe::hmm) fn log_densities_mut(&mut self) -> &mut Cells {
         &mut self.log_densities
     }
 
-    /// Frame at which each sequence starts, and the number of frames after the last.
+    /// The frame at which each sequence starts, and at the end the number of all frames.
     pub(in crate::keyframe::hmm) fn starts(&self) -> &[usize] {
         &self.starts
     }
 
-    /// Probability of a state at a frame.
+    /// The probability of a state at a frame.
     pub(in crate::keyframe::hmm) fn occupancy(&self, frame: usize, state: usize) -> f64 {
         self.rows.occupancy.as_flattened()[self.places[frame] + TOGETHER * state]
     }
 
-    /// The same, to be set.
+    /// The probability of a state at a frame, to be set.
     pub(in crate::keyframe::hmm) fn occupancy_mut(&mut self, frame: usize, state: usize) -> &mut f64 {
         &mut self.rows.occupancy.as_flattened_mut()[self.places[frame] + TOGETHER * state]
     }
 
-    /// A state's share of each frame, into a column.
+    /// Writes the share of a state in each frame into a column.
     pub(in crate::keyframe::hmm) fn occupancy_of(&self, state: usize, column: &mut [f64]) {
         let occupancy = &self.rows.occupancy.as_flattened()[TOGETHER * state..];
         for (share, place) in column.iter_mut().zip(&self.places) {
@@ -119,17 +119,18 @@ impl Recursion {
         &self.transitions
     }
 
-    /// The same, to be set.
+    /// The expected transitions, to be set.
     pub(in crate::keyframe::hmm) fn transitions_mut(&mut self) -> &mut [f64] {
         &mut self.transitions
     }
 
-    /// The log likelihood of each sequence by the log densities.
+    /// The log likelihood of each sequence, from the log densities.
     pub(in crate::keyframe::hmm) fn forward<E>(&mut self, hmm: &Hmm<E>) -> &[f64] {
         self.go::<E, false>(hmm)
     }
 
-    /// The same, with the posteriors; a sequence without a posterior, whose log likelihood is −∞, is left out of them.
+    /// The same, and the posteriors. A sequence with a log likelihood of −∞ has no posterior and is left out of the
+    /// counts.
     pub(in crate::keyframe::hmm) fn expect<E>(&mut self, hmm: &Hmm<E>) -> &[f64] {
         self.transitions.fill(0.0);
         self.go::<E, true>(hmm)
@@ -190,7 +191,7 @@ fn new_general(starts: &[usize], states: usize) -> GeneralChain {
     GeneralChain::new(longest.unwrap_or_default(), states)
 }
 
-/// The greatest log density of each frame, and the densities over it in their places.
+/// Finds the greatest log density of each frame, and writes the densities over it to their places.
 struct Scale<'a> {
     log_densities: &'a [f64],
     scales: &'a mut [f64],
@@ -205,7 +206,7 @@ impl Kernel for Scale<'_> {
     fn run<S: Wide>(self, simd: S) {
         let columns = self.log_densities.chunks_exact(self.scales.len());
         let scales = self.scales.as_chunks_mut::<LANES>().0;
-        // Where no state can emit a frame, all densities over its greatest are 0.
+        // If no state can emit a frame, all its scaled densities are 0.
         scales.fill([f64::MIN; LANES]);
         for column in columns.clone() {
             for (scale, logs) in scales.iter_mut().zip(fours(column)) {
@@ -231,8 +232,8 @@ mod tests {
 
     use super::*;
 
-    /// Where plain numbers are enough, they find what numbers of any magnitude find; and they are not enough where
-    /// states are far apart.
+    /// Where plain floats are enough, they give what wide numbers give. Where states are far apart, they are not
+    /// enough.
     #[test]
     fn both_ways_to_go_through_a_sequence_agree() {
         let mut rng = ChaCha8Rng::seed_from_u64(11);

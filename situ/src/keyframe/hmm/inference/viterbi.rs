@@ -4,8 +4,9 @@ use crate::keyframe::hmm::density::EmissionDensity;
 use crate::keyframe::hmm::model::Hmm;
 
 impl<E: EmissionDensity> Hmm<E> {
-    /// The most probable path, shape (T), and its log probability with the frames and the end (Viterbi). Of paths that
-    /// tie, the one through the lowest states at its last differing frame. No frame: no path, −∞.
+    /// The most probable path, shape (T), and its log probability with the frames and the end (Viterbi). If paths tie,
+    /// it is the one through the lowest state at the last frame in which they differ. Without a frame there is no path,
+    /// and −∞.
     pub fn viterbi(&self, frames: &[E::Frame]) -> (Vec<usize>, f64) {
         if frames.is_empty() {
             return (Vec::new(), f64::NEG_INFINITY);
@@ -37,7 +38,7 @@ impl<E: EmissionDensity> Hmm<E> {
     }
 }
 
-/// The first of the greatest; (0, −∞) of none.
+/// The first of the greatest terms; (0, −∞) if there is none.
 fn greatest(terms: impl Iterator<Item = (usize, f64)>) -> (usize, f64) {
     let mut best = (0, f64::NEG_INFINITY);
     for (index, value) in terms {

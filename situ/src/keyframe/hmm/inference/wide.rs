@@ -1,17 +1,16 @@
-//! Numbers of any magnitude, for the recursions over whole sequences: a probability of e^−10000 is no rarity there, and
-//! a recursion in logarithms would spend its time in `exp` and `log`.
+//! Numbers of any magnitude, for the recursions over whole sequences. A probability of e^−10000 is common there, and a
+//! recursion in logarithms would spend its time in `exp` and `log`.
 
-/// ±this many doublings are within the mantissa's range; it leaves room for a product of two before it must be brought
-/// back.
+/// The mantissa ranges over ± this many doublings. That leaves room for the product of two mantissas.
 const HALF_RANGE: i32 = 256;
 /// 2⁻²⁵⁶, the least mantissa.
 const LEAST: f64 = power_of_two(-HALF_RANGE);
-/// 2²⁵⁶: mantissas are below.
+/// 2²⁵⁶, which every mantissa is below.
 const GREATEST: f64 = power_of_two(HALF_RANGE);
 /// 2⁵¹², one step of the exponent, and its inverse.
 const STEP: f64 = power_of_two(2 * HALF_RANGE);
 const STEP_DOWN: f64 = power_of_two(-2 * HALF_RANGE);
-/// log 2⁵¹² in two parts: the first has so few digits that its products with exponents up to 2²⁰ are exact.
+/// log 2⁵¹² in two parts. The first part has so few digits that its products with exponents up to 2²⁰ are exact.
 const LOG_STEP: f64 = 512.0 * 6.931_471_803_691_238e-1;
 const LOG_STEP_REST: f64 = 512.0 * 1.908_214_929_270_587_7e-10;
 
@@ -19,10 +18,10 @@ const fn power_of_two(exponent: i32) -> f64 {
     f64::from_bits(((1023 + exponent) as u64) << 52)
 }
 
-/// A number that is not negative: `mantissa` · 2^(512 · `exponent`), the mantissa in [2⁻²⁵⁶, 2²⁵⁶), the exponent an
-/// integer.
+/// A number that is not negative: `mantissa` · 2^(512 · `exponent`), with the mantissa in [2⁻²⁵⁶, 2²⁵⁶) and an integer
+/// as the exponent.
 ///
-/// Its relative error is that of an `f64`, whatever its size. Sums leave out what is below 2⁻²⁵⁶ of them.
+/// Its relative error is that of an `f64`, for numbers of any size. A sum ignores a term below 2⁻²⁵⁶ of the sum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Wide {
     mantissa: f64,
@@ -33,7 +32,7 @@ pub(super) struct Wide {
 impl Wide {
     pub(super) const ZERO: Self = Self { mantissa: 0.0, exponent: f64::NEG_INFINITY };
 
-    /// A number from 0 on. Positive infinity and what is no number have no place here.
+    /// The number `value`, which is at least 0 and finite.
     pub(super) fn new(value: f64) -> Self {
         Self { mantissa: value, exponent: 0.0 }.brought_back()
     }
@@ -62,13 +61,13 @@ impl Wide {
         self.times_loosely(other).brought_back()
     }
 
-    /// The product with another, not brought back: to be added, or to be multiplied once more.
+    /// The product with another, whose mantissa may be out of range: it can be added, or multiplied once more.
     #[inline]
     pub(super) fn times_loosely(self, other: Self) -> Self {
         Self { mantissa: self.mantissa * other.mantissa, exponent: self.exponent + other.exponent }
     }
 
-    /// The sum with another. Either may be a product of [`Wide::times_loosely`] with a probability.
+    /// The sum with another. Each may be a product of [`Wide::times_loosely`] with a probability.
     #[inline]
     pub(super) fn plus(self, other: Self) -> Self {
         if self.exponent == other.exponent {
@@ -80,7 +79,7 @@ impl Wide {
         }
     }
 
-    /// The same number with its mantissa in range.
+    /// The same number, with its mantissa in range.
     #[inline]
     pub(super) fn brought_back(self) -> Self {
         let Self { mut mantissa, mut exponent } = self;
@@ -98,12 +97,12 @@ impl Wide {
         Self { mantissa, exponent }
     }
 
-    /// 1 over this; not of 0.
+    /// The inverse of this, which must not be 0.
     pub(super) fn inverse(self) -> Self {
         Self { mantissa: 1.0 / self.mantissa, exponent: -self.exponent }.brought_back()
     }
 
-    /// As a plain number: 0 where it is below 2⁻²⁵⁶ or so, infinite where it is above 2⁷⁶⁸.
+    /// As a plain float: 0 if it is below about 2⁻²⁵⁶, infinite if it is above 2⁷⁶⁸.
     #[inline]
     pub(super) fn value(self) -> f64 {
         if self.exponent == 0.0 {
@@ -118,7 +117,7 @@ impl Wide {
     }
 }
 
-/// A mantissa so many steps down: past one step nothing is left that would count.
+/// A mantissa, so many steps of the exponent lower. After more than one step nothing is left that counts.
 #[inline]
 fn shifted(mantissa: f64, steps: f64) -> f64 {
     if steps == 1.0 { mantissa * STEP_DOWN } else { 0.0 }

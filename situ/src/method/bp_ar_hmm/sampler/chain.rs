@@ -1,4 +1,4 @@
-//! One chain: its state, its sweep, and the probability of its state.
+//! One chain: its state, and the probability of the state.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,23 +11,23 @@ use super::prior::Prior;
 use super::sequence::LaggedSequence;
 use super::weights::{Weights, prior_shape};
 
-/// What the sampler holds of one sequence.
+/// The state of one sequence.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SequenceState {
-    /// f_i: the behaviours of the sequence, by name; at least one, each once.
+    /// f_i: the names of the sequence's behaviours; at least one, each once.
     pub active: Vec<usize>,
     /// η, in the order of `active`.
     pub weights: Weights,
-    /// z: the behaviour of each frame, by name.
+    /// z: the name of the behaviour of each frame.
     pub states: Vec<usize>,
 }
 
 /// Everything that is sampled.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ChainState<const D: usize> {
-    /// θ by the behaviour's name: of every behaviour that some sequence has, and no other.
+    /// θ by the name of the behaviour. It has exactly the behaviours that some sequence has.
     pub dynamics: BTreeMap<usize, Dynamics<D>>,
-    /// One a sequence.
+    /// One per sequence.
     pub rows: Vec<SequenceState>,
     /// α.
     pub alpha: f64,
@@ -39,24 +39,23 @@ pub struct ChainState<const D: usize> {
     pub c: f64,
 }
 
-/// A Markov chain whose stationary distribution is the posterior of [`ChainState`] given sequences.
+/// A Markov chain, whose stationary distribution is the posterior of [`ChainState`] given the sequences.
 #[derive(Clone, Debug)]
 pub struct Chain<const D: usize> {
     pub(super) prior: Prior<D>,
     pub(super) moves: Moves,
     pub(super) sequences: Vec<LaggedSequence<D>>,
     pub(super) state: ChainState<D>,
-    /// A name that no behaviour has had.
+    /// A name that no behaviour has had so far.
     pub(super) fresh: usize,
 }
 
-/// α, κ, γ and c where a chain begins (Fox et al. 2014).
+/// α, κ, γ and c at the start of a chain (Fox et al. 2014).
 const START: [f64; 4] = [1.0, 25.0, 5.0, 1.0];
 
 impl<const D: usize> Chain<D> {
-    /// A chain that begins with `unique` behaviours a sequence, shared with no other: each has an equal part of the
-    /// sequence's frames. `None` where a sequence has no frame, or the numbers are too extreme for a posterior to be
-    /// had.
+    /// A chain that starts with `unique` behaviours per sequence, none of them shared. Each has an equal part of the
+    /// sequence's frames. `None` if a sequence has no frame, or if the numbers are too extreme for a posterior.
     pub fn new(
         prior: Prior<D>,
         moves: Moves,
@@ -84,8 +83,8 @@ impl<const D: usize> Chain<D> {
         Some(chain)
     }
 
-    /// A chain in a given state, which must fit the sequences: a row each, of as many states as frames, all of them
-    /// active and with dynamics. For tests of the sampler.
+    /// A chain in a given state, for tests of the sampler. The state must fit the sequences: one row per sequence, with
+    /// one state per frame, and all of these states active and with dynamics.
     pub fn at(prior: Prior<D>, moves: Moves, sequences: Vec<LaggedSequence<D>>, state: ChainState<D>) -> Self {
         let fresh = state.dynamics.keys().last().map_or(0, |name| name + 1);
         Self { prior, moves, sequences, state, fresh }
@@ -101,12 +100,12 @@ impl<const D: usize> Chain<D> {
         &self.sequences
     }
 
-    /// Other frames for the same state, as many in each sequence: for tests of the sampler.
+    /// Sets other frames for the same state, as many in each sequence. For tests of the sampler.
     pub fn observe(&mut self, sequences: Vec<LaggedSequence<D>>) {
         self.sequences = sequences;
     }
 
-    /// η of every sequence given z.
+    /// Draws η of every sequence given z.
     pub(super) fn draw_weights(&mut self, rng: &mut impl Rng) {
         let (alpha, kappa) = (self.state.alpha, self.state.kappa);
         for row in &mut self.state.rows {
@@ -115,7 +114,7 @@ impl<const D: usize> Chain<D> {
         }
     }
 
-    /// θ of every behaviour given z.
+    /// Draws θ of every behaviour given z.
     pub(super) fn draw_dynamics(&mut self, rng: &mut impl Rng) -> Option<()> {
         let mut statistics = self.statistics();
         let names: BTreeSet<usize> = self.state.rows.iter().flat_map(|row| row.active.iter().copied()).collect();
@@ -127,7 +126,7 @@ impl<const D: usize> Chain<D> {
         Some(())
     }
 
-    /// What the frames of each behaviour say; of a behaviour without frames, nothing.
+    /// The statistics of the frames of each behaviour. A behaviour without frames has no entry.
     fn statistics(&self) -> BTreeMap<usize, Statistics<D>> {
         let mut statistics: BTreeMap<usize, Statistics<D>> = BTreeMap::new();
         for (sequence, row) in self.sequences.iter().zip(&self.state.rows) {
@@ -138,8 +137,8 @@ impl<const D: usize> Chain<D> {
         statistics
     }
 
-    /// log p(X, z, F | α, κ, γ, c), η and θ integrated out: by this the best state is kept. `None` as of
-    /// [`Chain::sweep`].
+    /// log p(X, z, F | α, κ, γ, c), with η and θ integrated out. The state with the greatest is kept. `None` if
+    /// rounding leaves a matrix that is not positive definite.
     pub fn log_joint(&self) -> Option<f64> {
         let state = &self.state;
         let mut owners: BTreeMap<usize, usize> = BTreeMap::new();
@@ -157,20 +156,20 @@ impl<const D: usize> Chain<D> {
         Some(total)
     }
 
-    /// log of γ c B(m, N − m + c): what a behaviour of m sequences counts in the density of F (Griffiths and Ghahramani
-    /// 2011, the two-parameter process).
+    /// log of γ c B(m, N − m + c): what a behaviour of m sequences contributes to the density of F (Griffiths and
+    /// Ghahramani 2011, the two-parameter process).
     pub(super) fn log_column(&self, owners: usize) -> f64 {
         let (m, n, c) = (owners as f64, self.sequences.len() as f64, self.state.c);
         libm::log(self.state.gamma * c) + libm::lgamma(m) + libm::lgamma(n - m + c) - libm::lgamma(n + c)
     }
 
-    /// Σ_i c / (c + i − 1), over the sequences: behaviours to be expected, for each unit of γ.
+    /// Σ_i c / (c + i − 1) over the sequences: the expected number of behaviours per unit of γ.
     pub(super) fn harmonic(&self, c: f64) -> f64 {
         (0..self.sequences.len()).map(|index| c / (c + index as f64)).sum()
     }
 }
 
-/// Numbers of transitions, from and to, in the order of `active`, row by row.
+/// The numbers of transitions, from and to, in the order of `active`, row by row.
 fn transitions(active: &[usize], states: &[usize]) -> Vec<f64> {
     let size = active.len();
     let places: BTreeMap<usize, usize> = active.iter().enumerate().map(|(place, name)| (*name, place)).collect();
@@ -181,7 +180,7 @@ fn transitions(active: &[usize], states: &[usize]) -> Vec<f64> {
     counts
 }
 
-/// log p(z | f, α, κ) of one sequence, its transitions integrated out.
+/// log p(z | f, α, κ) of one sequence, with its transitions integrated out.
 pub(super) fn log_states(active: &[usize], states: &[usize], alpha: f64, kappa: f64) -> f64 {
     let size = active.len();
     let whole = size as f64 * alpha + kappa;

@@ -6,16 +6,16 @@ use super::chain::Chain;
 use super::draw::{accepts, gamma, log_gamma_density};
 use super::prior::GammaPrior;
 
-/// Variance of the random walk of α and of c, which are about 1.
+/// The variance of the random walk of α and of c, which are about 1.
 const NARROW: f64 = 1.0;
-/// Variance of the random walk of κ, which is about 25.
+/// The variance of the random walk of κ, which is about 25.
 const WIDE: f64 = 100.0;
-/// Least value: the prior is cut off here. Below it a gamma walk of fixed variance sticks, and a weight of shape α
-/// underflows.
+/// The least value: the prior is cut off here. Below it a gamma walk of fixed variance does not move, and a weight of
+/// shape α underflows.
 const LEAST: f64 = 1e-3;
 
-/// One Metropolis–Hastings step of a positive number. The proposal is gamma, its mean the present value, its variance
-/// fixed.
+/// One Metropolis–Hastings step of a positive number. The proposal is gamma, with the present value as its mean and a
+/// fixed variance.
 fn walk(now: f64, variance: f64, prior: GammaPrior, log_rest: impl Fn(f64) -> f64, rng: &mut impl Rng) -> f64 {
     let shape_and_rate = |mean: f64| (mean * mean / variance, mean / variance);
     let (shape, rate) = shape_and_rate(now);
@@ -31,9 +31,9 @@ fn walk(now: f64, variance: f64, prior: GammaPrior, log_rest: impl Fn(f64) -> f6
 }
 
 impl<const D: usize> Chain<D> {
-    /// α and κ given η.
+    /// Updates α and κ given η.
     pub(super) fn update_stickiness(&mut self, rng: &mut impl Rng) {
-        // Number, and sum of the logarithms, of the weights on the diagonal and off it.
+        // The number of weights and the sum of their logarithms, on the diagonal and off it.
         let (mut own, mut other) = ((0.0, 0.0), (0.0, 0.0));
         for row in &self.state.rows {
             for from in 0..row.weights.size() {
@@ -55,7 +55,7 @@ impl<const D: usize> Chain<D> {
         }
     }
 
-    /// γ and c given F: γ from its gamma posterior, c by a random walk.
+    /// Updates γ and c given F: γ from its gamma posterior, c by a random walk.
     pub(super) fn update_beta_process(&mut self, rng: &mut impl Rng) {
         let mut owners = std::collections::BTreeMap::<usize, usize>::new();
         self.state.rows.iter().flat_map(|row| &row.active).for_each(|name| *owners.entry(*name).or_default() += 1);

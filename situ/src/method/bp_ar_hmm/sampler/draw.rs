@@ -4,11 +4,11 @@ use rand::{Rng, RngExt};
 
 use crate::random::standard_normal;
 
-/// Least gamma draw: a weight of 0 would shut a transition for good, and its logarithm is not finite. A draw of shape
-/// 0.01 is below it once in 100.
+/// The least gamma draw. A weight of 0 would shut a transition for good, and its logarithm is not finite. One draw of
+/// shape 0.01 in 100 is below this.
 pub(super) const LEAST: f64 = 1e-200;
 
-/// A draw of Gamma(`shape`, rate 1), shape above 0 (Marsaglia and Tsang 2000; below shape 1 by their power of a
+/// A draw of Gamma(`shape`, rate 1), for a shape above 0 (Marsaglia and Tsang 2000; below shape 1 by their power of a
 /// uniform).
 pub(super) fn gamma(shape: f64, rng: &mut impl Rng) -> f64 {
     if shape < 1.0 {
@@ -52,7 +52,7 @@ pub(super) fn categorical(weights: &[f64], rng: &mut impl Rng) -> usize {
     last
 }
 
-/// Whether a move of this log acceptance ratio is made; never where the ratio is not a number.
+/// Whether a move with this log acceptance ratio is made. It never is if the ratio is NaN.
 pub(super) fn accepts(log_ratio: f64, rng: &mut impl Rng) -> bool {
     libm::log(1.0 - rng.random::<f64>()) < log_ratio
 }

@@ -1,4 +1,4 @@
-//! The dynamics of one behaviour, x_t = A y_t + e with e ~ N(0, Σ) and y_t = x_{t−1}, and their conjugate prior, the
+//! The dynamics of one behaviour, x_t = A y_t + e with e ~ N(0, Σ) and y_t = x_{t−1}. Their conjugate prior is the
 //! matrix normal inverse Wishart: Σ ~ IW(ν, S₀), A | Σ ~ MN(0, Σ, K) (West and Harrison 1997, chapter 16; Fox et al.
 //! 2009).
 
@@ -12,21 +12,22 @@ use super::draw::gamma;
 use super::linear::{cholesky, inverse_lower, log_determinant, squared_norm};
 use crate::random::standard_normal;
 
-/// The prior, its mean of A being 0.
+/// The prior; its mean of A is 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DynamicsPrior<const D: usize> {
-    /// K⁻¹, the precision of A's columns, shape (D, D), symmetric positive definite.
+    /// K⁻¹, the precision of the columns of A, shape (D, D), symmetric positive definite.
     pub precision: SMatrix<f64, D, D>,
     /// S₀, shape (D, D), symmetric positive definite; in squared units of the observation.
     pub scale: SMatrix<f64, D, D>,
-    /// ν, degrees of freedom. At least D + 2, so that Σ has a mean, which is S₀ / (ν − D − 1).
+    /// ν, the degrees of freedom. At least D + 2, so that Σ has a mean, which is S₀ / (ν − D − 1).
     pub freedom: f64,
 }
 
-/// What a set of frames says about the dynamics: X the current frames, Y the lagged ones, as columns.
+/// The statistics of a set of frames, which is all that the posterior depends on. X are the current frames and Y the
+/// lagged ones, as columns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Statistics<const D: usize> {
-    /// Frames.
+    /// The number of frames.
     pub frames: f64,
     /// X Xᵀ.
     pub current: SMatrix<f64, D, D>,
@@ -44,7 +45,7 @@ impl<const D: usize> Default for Statistics<D> {
 }
 
 impl<const D: usize> Statistics<D> {
-    /// Adds one frame, `weight` times; −1 takes it away.
+    /// Adds one frame, `weight` times. A weight of −1 removes it.
     pub fn add(&mut self, current: &SVector<f64, D>, lagged: &SVector<f64, D>, weight: f64) {
         self.frames += weight;
         for row in 0..D {
@@ -56,7 +57,7 @@ impl<const D: usize> Statistics<D> {
         }
     }
 
-    /// The frames of both.
+    /// The statistics of the frames of both.
     pub fn plus(&self, other: &Self) -> Self {
         Self {
             frames: self.frames + other.frames,
@@ -74,7 +75,7 @@ pub struct Dynamics<const D: usize> {
     pub transition: SMatrix<f64, D, D>,
     /// Σ, shape (D, D).
     pub covariance: SMatrix<f64, D, D>,
-    /// The inverse of Σ's lower Cholesky factor.
+    /// The inverse of the lower Cholesky factor of Σ.
     #[serde(skip)]
     whitening: SMatrix<f64, D, D>,
     /// `whitening` · A.
@@ -89,7 +90,7 @@ pub struct Dynamics<const D: usize> {
 }
 
 impl<const D: usize> Dynamics<D> {
-    /// Dynamics of this A and Σ; `None` where Σ is not positive definite.
+    /// The dynamics with this A and Σ. `None` if Σ is not positive definite.
     pub fn new(transition: SMatrix<f64, D, D>, covariance: SMatrix<f64, D, D>) -> Option<Self> {
         let factor = cholesky(&covariance)?;
         let whitening = inverse_lower(&factor);
@@ -116,7 +117,7 @@ impl<const D: usize> Dynamics<D> {
     }
 }
 
-/// The posterior of θ given frames, of the prior's form. With no frame it is the prior.
+/// The posterior of θ given frames, which has the form of the prior. Without a frame it is the prior.
 #[derive(Clone, Debug)]
 pub struct DynamicsPosterior<const D: usize> {
     /// S_xy S_yy⁻¹, the mean of A.
@@ -125,14 +126,14 @@ pub struct DynamicsPosterior<const D: usize> {
     pub scale: SMatrix<f64, D, D>,
     /// ν + n.
     pub freedom: f64,
-    /// Lower factor of S.
+    /// The lower factor of S.
     scale_factor: SMatrix<f64, D, D>,
-    /// Lower factor of S_yy = Y Yᵀ + K⁻¹.
+    /// The lower factor of S_yy = Y Yᵀ + K⁻¹.
     precision_factor: SMatrix<f64, D, D>,
 }
 
 impl<const D: usize> DynamicsPrior<D> {
-    /// The posterior given frames; `None` where rounding leaves a matrix that is not positive definite.
+    /// The posterior given frames. `None` if rounding leaves a matrix that is not positive definite.
     pub fn posterior(&self, statistics: &Statistics<D>) -> Option<DynamicsPosterior<D>> {
         let precision_factor = cholesky(&(statistics.lagged + self.precision))?;
         let inverse = inverse_lower(&precision_factor);
@@ -148,7 +149,7 @@ impl<const D: usize> DynamicsPrior<D> {
         })
     }
 
-    /// log p(X | Y), θ integrated out.
+    /// log p(X | Y), with θ integrated out. `None` as for [`DynamicsPrior::posterior`].
     pub fn log_evidence(&self, statistics: &Statistics<D>) -> Option<f64> {
         let (prior, posterior) = (self.posterior(&Statistics::default())?, self.posterior(statistics)?);
         Some(prior.log_normaliser() - posterior.log_normaliser() - 0.5 * statistics.frames * D as f64 * libm::log(PI))

@@ -1,4 +1,4 @@
-//! Which behaviours a sequence has, its states summed out, and then its states.
+//! Draws the behaviours of a sequence, with its states summed out, and then its states.
 
 use std::collections::BTreeMap;
 
@@ -10,18 +10,18 @@ use super::dynamics::{Dynamics, DynamicsPosterior, Statistics};
 use super::states::{backward_sample, log_forward, log_forward_of_weights};
 use super::weights::Weights;
 
-/// The behaviours of a sequence with what the forward pass makes of them.
+/// The behaviours of a sequence, and the likelihood of the sequence under them.
 struct Proposal {
     active: Vec<usize>,
     weights: Weights,
     log_likelihood: f64,
 }
 
-/// log p(x_t) of every frame of a sequence, by behaviour, and p(x_t) over a factor of each frame's.
+/// log p(x_t) of every frame of a sequence, by behaviour; and p(x_t) divided by a factor of each frame.
 struct Densities {
     logarithms: BTreeMap<usize, Vec<f64>>,
     weights: BTreeMap<usize, Vec<f64>>,
-    /// The logarithms of the factors: at each frame the greatest of the behaviours that there were at first.
+    /// The logarithms of the factors: for each frame, the greatest of the behaviours that there were at first.
     shift: Vec<f64>,
 }
 
@@ -81,7 +81,7 @@ impl Proposal {
 }
 
 impl<const D: usize> Chain<D> {
-    /// Shared behaviours, behaviours of its own, and states of one sequence.
+    /// Updates the shared behaviours, the behaviours of its own, and the states of one sequence.
     pub(super) fn update_sequence(&mut self, index: usize, rng: &mut impl Rng) -> Option<()> {
         let densities = self.state.dynamics.iter().map(|(name, own)| (*name, self.densities(index, own))).collect();
         let mut densities = Densities::new(densities, self.sequences[index].len());
@@ -105,8 +105,9 @@ impl<const D: usize> Chain<D> {
         Some(())
     }
 
-    /// Each behaviour that another sequence has is proposed where the sequence has it not, and to be given up where it
-    /// has: Metropolis and Hastings. The η of what is added come from their prior, so that they cancel.
+    /// Metropolis–Hastings moves on each behaviour that another sequence has: it is added if this sequence does not
+    /// have it, and removed if it does. The η of an added behaviour is drawn from its prior, so it cancels in the
+    /// ratio.
     fn update_shared(
         &self,
         now: &mut Proposal,
@@ -130,9 +131,9 @@ impl<const D: usize> Chain<D> {
         }
     }
 
-    /// A reversible jump: the behaviours of this sequence alone are a Poisson process of intensity γ c / (c + N − 1)
-    /// times the prior of θ and η. A birth draws θ half from the prior, half from the posterior given a window of
-    /// frames; the window is chosen before it is known whether there will be a birth or a death, so that both know it.
+    /// A reversible jump. The behaviours that only this sequence has are a Poisson process of intensity γ c / (c + N −
+    /// 1) times the prior of θ and η. A birth draws θ half from the prior and half from the posterior given a window of
+    /// frames. The window is chosen before it is decided between birth and death, so both are given the same window.
     fn birth_or_death(
         &mut self,
         index: usize,
@@ -180,7 +181,7 @@ impl<const D: usize> Chain<D> {
         Some(())
     }
 
-    /// A window of frames: its length and its place are uniform.
+    /// A window of frames; its length and its place are uniform.
     fn window(&self, index: usize, rng: &mut impl Rng) -> core::ops::Range<usize> {
         let frames = self.sequences[index].len();
         let (shortest, longest) = self.moves.window;
@@ -196,13 +197,13 @@ impl<const D: usize> Chain<D> {
     }
 }
 
-/// log q(θ) − log p(θ), q being half the posterior given the window and half the prior.
+/// log q(θ) − log p(θ), where q is half the posterior given the window and half the prior.
 fn log_birth_excess<const D: usize>(
     dynamics: &Dynamics<D>,
     given: &DynamicsPosterior<D>,
     prior: &DynamicsPosterior<D>,
 ) -> f64 {
     let apart = given.log_density(dynamics) - prior.log_density(dynamics);
-    // log (½ e^apart + ½), from the greater of the two.
+    // log (½ e^apart + ½), from the greater of the two terms.
     apart.max(0.0) + libm::log1p(libm::exp(-apart.abs())) - core::f64::consts::LN_2
 }

@@ -1,18 +1,18 @@
-//! Small triangular algebra of static size, every sum in a fixed order and every root from `libm`: that of [`gaussian`]
-//! for nalgebra's matrices.
+//! Small triangular algebra of static size: that of [`gaussian`] for nalgebra's matrices. Every sum has a fixed order
+//! and every root is from `libm`.
 
 use nalgebra::SMatrix;
 
 use crate::method::gaussian;
 
-/// L, lower triangular, with L Lᵀ = `matrix`, which is symmetric; `None` where it is not positive definite.
+/// L, lower triangular, with L Lᵀ = `matrix`, which is symmetric. `None` if it is not positive definite.
 pub(super) fn cholesky<const D: usize>(matrix: &SMatrix<f64, D, D>) -> Option<SMatrix<f64, D, D>> {
-    // Column by column and row by row is one, as it is symmetric.
+    // The matrix is symmetric, so columns and rows are the same.
     let factor = gaussian::cholesky(&matrix.data.0)?;
     Some(SMatrix::from_fn(|row, column| factor[row][column]))
 }
 
-/// The inverse of a lower triangular matrix without a zero on its diagonal.
+/// The inverse of a lower triangular matrix that has no zero on its diagonal.
 pub(super) fn inverse_lower<const D: usize>(lower: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
     let mut inverse = SMatrix::<f64, D, D>::zeros();
     for column in 0..D {

@@ -1,8 +1,8 @@
 //! The sampler of the beta-process autoregressive hidden Markov model (Fox, Sudderth, Jordan and Willsky 2009 and 2014;
-//! split–merge moves in the manner of Hughes, Fox and Sudderth 2012). It knows frames and nothing of robots, files or
-//! clocks.
+//! split–merge moves in the manner of Hughes, Fox and Sudderth 2012). It knows frames, and nothing about robots, files
+//! or clocks.
 //!
-//! Of N sequences, sequence i uses the behaviours f_i:
+//! There are N sequences. Sequence i uses the behaviours f_i:
 //!
 //! ```text
 //! γ, c, α, κ ~ their gamma priors;   F ~ IBP(γ, c), given that every sequence has a behaviour
@@ -11,9 +11,9 @@
 //! x_t ~ N(A_{z_t} y_t, Σ_{z_t}), y_t = x_{t−1};   (A_k, Σ_k) ~ MNIW
 //! ```
 //!
-//! That every sequence has a behaviour is a condition on the whole, hyperparameters and all, so that it cancels in each
-//! conditional. A behaviour is told from another by its θ, never by its place in a list: the density of F is that of a
-//! *set* of columns.
+//! The condition that every sequence has a behaviour is on the whole model, with its hyperparameters, so it cancels in
+//! each conditional. Behaviours differ by their θ, never by their place in a list: the density of F is that of a *set*
+//! of columns.
 
 mod chain;
 mod concentration;

@@ -2,7 +2,7 @@
 
 use super::dynamics::DynamicsPrior;
 
-/// A gamma prior, the mean being `shape` / `rate`.
+/// A gamma prior with the mean `shape` / `rate`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GammaPrior {
     /// Above 0.
@@ -14,14 +14,14 @@ pub struct GammaPrior {
 /// The priors of the model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prior<const D: usize> {
-    /// Of the dynamics.
+    /// That of the dynamics.
     pub dynamics: DynamicsPrior<D>,
-    /// Of α, what every transition weighs.
+    /// That of α, the weight of every transition.
     pub alpha: GammaPrior,
-    /// Of κ, what a self-transition weighs besides.
+    /// That of κ, the additional weight of a self-transition.
     pub kappa: GammaPrior,
-    /// Of γ, the mass of the beta process.
+    /// That of γ, the mass of the beta process.
     pub gamma: GammaPrior,
-    /// Of c, its concentration.
+    /// That of c, the concentration of the beta process.
     pub c: GammaPrior,
 }

@@ -1,9 +1,9 @@
-//! Split and merge: two behaviours become one, or one becomes two, in all sequences at once; η and θ are integrated out
+//! Split and merge: two behaviours become one, or one becomes two, in all sequences at once. η and θ are integrated out
 //! (in the manner of Hughes, Fox and Sudderth 2012, with a sequential allocation after Dahl 2005).
 //!
-//! Two sequences are drawn, and a behaviour of each. The same behaviour in both is to be split: the one part is the
-//! first sequence's, the other the second's. Two behaviours are to be merged; what a split would have had to do to undo
-//! it is replayed for its probability.
+//! Two sequences are drawn, the anchors, and one behaviour of each. If both behaviours are the same, it is to be split:
+//! one part is for the first anchor, the other for the second. If they differ, they are to be merged. Then the split
+//! that would undo the merge is replayed, which gives its probability.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,19 +15,19 @@ use super::dynamics::{Dynamics, Statistics};
 use super::sequence::LaggedSequence;
 use super::states::{backward_sample, log_forward};
 
-/// What a split does to one sequence.
+/// What a split assigns to one sequence.
 #[derive(Clone)]
 struct Allocation {
-    /// Whether it has the first part, and whether it has the second.
+    /// Whether it has the first part, and whether it has the second part.
     has: [bool; 2],
-    /// The states, the two parts by name.
+    /// The states; the two parts have their names.
     states: Vec<usize>,
 }
 
-/// What a sequence may have of the two parts.
+/// The combinations of the two parts that a sequence can have.
 const CHOICES: [[bool; 2]; 3] = [[true, false], [false, true], [true, true]];
 
-/// One way to give a sequence the parts, with its probability.
+/// One such combination for a sequence, with its likelihood.
 struct Choice {
     has: [bool; 2],
     probabilities: [f64; 4],
@@ -37,7 +37,7 @@ struct Choice {
 }
 
 impl<const D: usize> Chain<D> {
-    /// One move. `None` as of [`Chain::sweep`].
+    /// One move. `None` if rounding leaves a matrix that is not positive definite.
     pub(super) fn split_or_merge(&mut self, rng: &mut impl Rng) -> Option<()> {
         let n = self.sequences.len();
         if n < 2 {
@@ -55,7 +55,7 @@ impl<const D: usize> Chain<D> {
         let parts = if is_split { [self.fresh, self.fresh + 1] } else { chosen };
         self.fresh += 2;
 
-        // Who is concerned: the anchors, then the others in a random order.
+        // The sequences concerned: the anchors, then the others in a random order.
         let concerned = |row: usize| self.state.rows[row].active.iter().any(|name| chosen.contains(name));
         let mut order = vec![first, second];
         let mut others: Vec<usize> = (0..n).filter(|row| *row != first && *row != second && concerned(*row)).collect();
@@ -97,8 +97,8 @@ impl<const D: usize> Chain<D> {
         Some(())
     }
 
-    /// What of log p(X, z, F) depends on these behaviours: their columns of F, the states of these sequences, their
-    /// frames.
+    /// The part of log p(X, z, F) that depends on these behaviours: their columns of F, the states of these sequences,
+    /// and their frames.
     fn part(&self, rows: &[usize], names: &[usize]) -> Option<f64> {
         let names: BTreeSet<usize> = names.iter().copied().collect();
         let mut total = 0.0;
@@ -118,8 +118,8 @@ impl<const D: usize> Chain<D> {
         Some(total)
     }
 
-    /// Gives each sequence in turn its parts and states, given what those before it have, and says with what log
-    /// probability. Where `current` names an allocation, that one is replayed.
+    /// Gives each sequence in turn its parts and states, given those of the sequences before it, and returns the log
+    /// probability of that. If there is a `current` allocation, it is replayed.
     fn allocate(
         &self,
         order: &[usize],
@@ -129,7 +129,7 @@ impl<const D: usize> Chain<D> {
         rng: &mut impl Rng,
     ) -> Option<(BTreeMap<usize, Allocation>, f64)> {
         let open = |row: usize, frame: usize| chosen.contains(&self.state.rows[row].states[frame]);
-        // Until an anchor's turn has come, all its open frames speak for its part.
+        // Before the turn of an anchor, all its open frames count for its part.
         let anchored = |row: usize| self.sequences[row].statistics(|frame| open(row, frame));
         let provisional = [anchored(order[0]), anchored(order[1])];
         let mut settled: [Statistics<D>; 2] = Default::default();
@@ -160,8 +160,8 @@ impl<const D: usize> Chain<D> {
                     }
                 }
             };
-            // An anchor without its part cannot come about by a split; here it cannot occur, as the anchor was drawn
-            // with its part.
+            // No split gives an anchor without its part. That cannot occur here either, as the anchor was drawn with
+            // its part.
             let taken = choices.iter().position(|choice| choice.has == allocation.has)?;
             let log_total = greatest + libm::log(weights.iter().sum());
             log_probability += choices[taken].log_path(&allocation.states, &is_open, parts) - log_total;
@@ -174,9 +174,9 @@ impl<const D: usize> Chain<D> {
         Some((allocations, log_probability))
     }
 
-    /// The chain over the open frames of a sequence that has these parts beside `rest` other behaviours: the prior's
-    /// mean transitions, the parts' mean dynamics. What lies between is left out: a part's state is then told on from
-    /// the last open frame.
+    /// The chain over the open frames of a sequence that has these parts and `rest` other behaviours. It has the
+    /// prior's mean transitions and the parts' mean dynamics. Frames in between are left out: the state of a part is
+    /// continued from the last open frame.
     fn choice(
         &self,
         sequence: &LaggedSequence<D>,
@@ -212,7 +212,7 @@ impl<const D: usize> Chain<D> {
 }
 
 impl Choice {
-    /// States drawn for the open frames; the others stay as they are.
+    /// Draws states for the open frames; the others stay as they are.
     fn draw(&self, states: &[usize], is_open: &[bool], parts: [usize; 2], rng: &mut impl Rng) -> Vec<usize> {
         let mut drawn = backward_sample(&self.filter, &self.probabilities, 2, rng).into_iter();
         let state = |(state, open): (&usize, &bool)| {
@@ -221,8 +221,8 @@ impl Choice {
         states.iter().zip(is_open).map(state).collect()
     }
 
-    /// log of the joint weight of the open frames and these states: over the likelihood, it is the probability of a
-    /// draw.
+    /// The log of the joint weight of the open frames and these states. Divided by the likelihood, it is the
+    /// probability of the draw.
     fn log_path(&self, states: &[usize], is_open: &[bool], parts: [usize; 2]) -> f64 {
         let open = states.iter().zip(is_open).filter(|(_, open)| **open);
         let mut total = 0.0;

@@ -1,16 +1,16 @@
 //! The states of one sequence: forward filtering and backward sampling.
 //!
-//! The recursion is scaled, not in logarithms: every transition has a probability above 0, so no path can be cut off
-//! for good.
+//! The recursion is scaled, not in logarithms. Every transition has a probability above 0, so no path is cut off for
+//! good.
 
 use rand::Rng;
 
 use super::draw::categorical;
 
-/// log p(x | π, θ) of one sequence, its states summed out, the first state uniform. `densities[k][t]` is log p(x_t |
-/// state k), K states by T frames, and `probabilities` is π, K × K row by row. −∞ where there is no state.
+/// log p(x | π, θ) of one sequence, with its states summed out and a uniform first state. `densities[k][t]` is log
+/// p(x_t | state k), for K states and T frames. `probabilities` is π, K × K row by row. −∞ if there is no state.
 ///
-/// `filter` takes p(z_t = k | x_1 … x_t) at `t * K + k`.
+/// `filter` receives p(z_t = k | x_1 … x_t) at `t * K + k`.
 pub fn log_forward(densities: &[&[f64]], probabilities: &[f64], filter: &mut Vec<f64>) -> f64 {
     let k = densities.len();
     let frames = densities.first().map_or(0, |density| density.len());
@@ -44,15 +44,15 @@ pub fn log_forward(densities: &[&[f64]], probabilities: &[f64], filter: &mut Vec
     total
 }
 
-/// A sum of the forward pass beyond these bounds is left to [`log_forward`]: what is rounded to 0 then is 10²⁰⁰ times
-/// less than what is not.
+/// If a sum of the forward pass is outside these bounds, [`log_forward`] takes over. Inside them, what is rounded to 0
+/// is 10²⁰⁰ times less than what is not.
 const TRUSTED: core::ops::Range<f64> = 1e-100..1e100;
 
 /// [`log_forward`] of densities that were exponentiated before, so that many sets of states can be tried without an
-/// exponential: `weights[k][t]` is p(x_t | state k) over a factor of the frame's own, of which the result knows
-/// nothing. `None` where rounding could matter, and of more than 64 states.
+/// exponential. `weights[k][t]` is p(x_t | state k) divided by a factor of the frame; the result does not include the
+/// factors. `None` if rounding could matter, or if there are more than 64 states.
 pub fn log_forward_of_weights(weights: &[&[f64]], probabilities: &[f64]) -> Option<f64> {
-    // Most of a sweep is spent here, and loops of a known length stay in registers.
+    // Most of the time of a sweep is spent here, and loops of a known length stay in registers.
     match weights.len() {
         0 => None,
         1..=4 => padded::<4>(weights, probabilities),
@@ -66,7 +66,7 @@ pub fn log_forward_of_weights(weights: &[&[f64]], probabilities: &[f64]) -> Opti
     }
 }
 
-/// [`log_forward_of_weights`] of at most K states. Those that are not there have no weight.
+/// [`log_forward_of_weights`] of at most K states. The missing ones have weight 0.
 fn padded<const K: usize>(weights: &[&[f64]], probabilities: &[f64]) -> Option<f64> {
     let k = weights.len();
     let frames = weights.first().map_or(0, |weight| weight.len());
@@ -76,7 +76,7 @@ fn padded<const K: usize>(weights: &[&[f64]], probabilities: &[f64]) -> Option<f
     }
     let mut now = [0.0; K];
     now[..k].fill(1.0 / k as f64);
-    // The sums are multiplied for as long as that is safe, and their logarithm taken then.
+    // The sums are multiplied as long as that is safe; then the logarithm of the product is taken.
     let (mut total, mut product) = (0.0, 1.0);
     for frame in 0..frames {
         if frame > 0 {
@@ -107,7 +107,7 @@ fn padded<const K: usize>(weights: &[&[f64]], probabilities: &[f64]) -> Option<f
     Some(total + libm::log(product))
 }
 
-/// A draw of the states given a filter of [`log_forward`]: places in the list of states, one a frame.
+/// A draw of the states given a filter of [`log_forward`]: one per frame, as a place in the list of states.
 pub fn backward_sample(filter: &[f64], probabilities: &[f64], k: usize, rng: &mut impl Rng) -> Vec<usize> {
     let frames = filter.len().checked_div(k).unwrap_or(0);
     let mut states = vec![0; frames];

@@ -5,9 +5,9 @@ use serde::Serialize;
 
 use super::draw::gamma;
 
-/// η over the behaviours of one sequence, row by row; the probabilities π are its rows, normalised.
+/// η over the behaviours of one sequence, row by row. The probabilities π are its rows, normalised.
 ///
-/// The rows' sums are no waste: against them weighs the η of a behaviour that is added.
+/// The sums of the rows matter: the η of an added behaviour is compared with them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Weights {
     size: usize,
@@ -22,8 +22,8 @@ impl Weights {
         Self { size, values }
     }
 
-    /// A draw given the numbers of transitions: π_j ~ Dir(α + κδ + n_j), and the row's sum, of which z says nothing,
-    /// ~ Gamma(K α + κ, 1). Drawing Gamma(α + κδ + n, 1) instead would give the right π and too great a sum.
+    /// A draw given the numbers of transitions: π_j ~ Dir(α + κδ + n_j). The sum of the row does not depend on z, so it
+    /// is ~ Gamma(K α + κ, 1). A draw from Gamma(α + κδ + n, 1) would have the right π, but its sum would be too great.
     pub(super) fn given(counts: &[f64], size: usize, alpha: f64, kappa: f64, rng: &mut impl Rng) -> Self {
         let mut values = Vec::with_capacity(size * size);
         for from in 0..size {
@@ -57,7 +57,7 @@ impl Weights {
         values
     }
 
-    /// With one behaviour more, at the end, its weights from the prior.
+    /// With one more behaviour at the end; its weights are drawn from the prior.
     pub(super) fn grown(&self, alpha: f64, kappa: f64, rng: &mut impl Rng) -> Self {
         let size = self.size + 1;
         let mut values = Vec::with_capacity(size * size);

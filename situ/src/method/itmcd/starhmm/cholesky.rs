@@ -1,9 +1,9 @@
-//! A small dense Cholesky factorisation of any size, its sums in a fixed order.
+//! A small dense Cholesky factorisation of any size; its sums have a fixed order.
 
 use crate::vector::dot;
 
-/// Factors a symmetric positive definite matrix (row-major, n × n, lower triangle read) in place into L, L Lᵀ = m.
-/// False, with the matrix spoilt, where it is not positive definite.
+/// Factors a symmetric positive definite matrix (row-major, n × n, lower triangle read) in place into L, with L Lᵀ = m.
+/// False if it is not positive definite; the matrix is then overwritten in part.
 pub(crate) fn factor(matrix: &mut [f64], n: usize) -> bool {
     for row in 0..n {
         let (above, own) = matrix.split_at_mut(row * n);

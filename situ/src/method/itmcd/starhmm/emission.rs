@@ -26,8 +26,8 @@ pub struct LinearGaussian {
 pub(crate) type Sample<'a> = (f64, &'a [f64], &'a [f64]);
 
 impl LinearGaussian {
-    /// An emission of this W, row-major, shape (d, m), and Σ, row-major, shape (d, d); `None` where the shapes do not
-    /// fit or Σ is not positive definite.
+    /// An emission with this W, row-major, shape (d, m), and this Σ, row-major, shape (d, d). `None` if the shapes do
+    /// not fit or Σ is not positive definite.
     pub fn new(weights: Vec<f64>, covariance: Vec<f64>, inputs: usize) -> Option<Self> {
         let outputs = weights.len().checked_div(inputs)?;
         if outputs == 0 || outputs * inputs != weights.len() || covariance.len() != outputs * outputs {
@@ -80,8 +80,8 @@ impl LinearGaussian {
         self.log_norm - 0.5 * dot(&residual, &residual)
     }
 
-    /// The weighted ridge least squares of W, and Σ = Σ_n γ r rᵀ / Σ_n γ + ε I. `None` where there is nothing to fit
-    /// to, or the normal equations cannot be solved.
+    /// The weighted ridge least squares of W, and Σ = Σ_n γ r rᵀ / Σ_n γ + ε I. `None` if there is nothing to fit to,
+    /// or the normal equations cannot be solved.
     pub(crate) fn fit(samples: &[Sample<'_>], ridge: f64, floor: f64) -> Option<Self> {
         let (_, x, y) = samples.first()?;
         let (inputs, outputs) = (x.len(), y.len());
@@ -113,13 +113,13 @@ impl LinearGaussian {
         Self::new(cross, covariance, inputs)
     }
 
-    /// Σ_n γ log N(y; W x, Σ): what an M-step may not lower.
+    /// Σ_n γ log N(y; W x, Σ), which an M-step must not lower.
     fn expected(&self, samples: &[Sample<'_>]) -> f64 {
         samples.iter().map(|(weight, x, y)| weight * self.log_density(x, y)).sum()
     }
 
-    /// The M-step, made monotone: the fit; where ridge and floor make that lower, its W with the old Σ; where that is
-    /// lower too, the old one.
+    /// The M-step, made monotone. The fit is taken unless ridge and floor make this sum lower. Then its W is tried with
+    /// the old Σ. If the sum is lower with that too, nothing changes.
     pub(super) fn improve(&mut self, samples: &[Sample<'_>], ridge: f64, floor: f64) {
         let Some(fit) = Self::fit(samples, ridge, floor) else { return };
         let before = self.expected(samples);

@@ -6,7 +6,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum StarhmmError {
-    /// A sequence, a vector or an index that does not fit the others.
+    /// A sequence, a vector or an index does not fit the others.
     #[error("sequence {sequence}: {problem}")]
     Shape {
         /// Index of the sequence.
@@ -14,7 +14,7 @@ pub enum StarhmmError {
         /// What is wrong.
         problem: &'static str,
     },
-    /// A model whose indices or vectors do not fit together.
+    /// The indices or vectors of the model do not fit together.
     #[error("the model: {0}")]
     Model(&'static str),
     /// No path of phases makes this sequence.

@@ -1,8 +1,8 @@
 //! Generalised expectation maximisation (Dempster, Laird and Rubin 1977).
 //!
-//! The expected log-likelihood is a sum of an emission a phase, a termination a w, and the entries; each is improved or
-//! left alone. Ridge and floor keep the numbers bounded, but a step that they make lower is not taken, so the
-//! log-likelihood itself never falls.
+//! The expected log-likelihood is a sum of parts: one per emission, one per w, and one for all entries. Each part is
+//! improved or left as it is. Ridge and floor keep the numbers bounded. A step that they would make lower is not taken,
+//! so the log-likelihood itself never falls.
 
 use super::error::StarhmmError;
 use super::inference::Posterior;
@@ -10,18 +10,18 @@ use super::model::Starhmm;
 use super::sequence::StarhmmSequence;
 use super::switch::{Choice, Exit, improve_entries, improve_exit};
 
-/// What [`Starhmm::fit`] depends on beside the data.
+/// The parameters of [`Starhmm::fit`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitParameters {
-    /// Ridge on W, in the unit of a squared regressor, above 0.
+    /// The ridge on W, in the unit of a squared regressor, above 0.
     pub ridge: f64,
     /// ε of Σ + ε I, in the unit of a squared state, above 0.
     pub floor: f64,
-    /// Ridge on each w and v, above 0: what is separable would have infinite weights.
+    /// The ridge on each w and v, above 0. Without it, separable choices would give infinite weights.
     pub switch_ridge: f64,
-    /// Stop where an iteration gains less than this, nats.
+    /// The fit stops when an iteration gains less than this, nats.
     pub tolerance: f64,
-    /// Iterations at most.
+    /// The greatest number of iterations.
     pub max_iterations: usize,
 }
 
@@ -32,7 +32,7 @@ pub struct StarhmmFit {
     pub model: Starhmm,
     /// The log-likelihood of all sequences at the start and after each iteration, nats.
     pub log_likelihoods: Vec<f64>,
-    /// Newton steps of the logistic regressions of the M-steps.
+    /// The Newton steps of the logistic regressions in the M-steps.
     pub logistic_steps: usize,
 }
 
@@ -42,18 +42,18 @@ impl StarhmmFit {
         self.log_likelihoods.last().copied().unwrap_or(f64::NEG_INFINITY)
     }
 
-    /// Iterations made.
+    /// The number of iterations.
     pub fn iterations(&self) -> usize {
         self.log_likelihoods.len().saturating_sub(1)
     }
 }
 
 impl Starhmm {
-    /// Fits all parameters to these sequences, starting from what they are. The structure (children, contexts,
+    /// Fits all parameters to these sequences, starting from their present values. The structure (children, contexts,
     /// absences) stays.
     ///
     /// # Errors
-    /// Where shapes do not fit, or a sequence is impossible under the structure.
+    /// If shapes do not fit, or a sequence is impossible under the structure.
     pub fn fit(
         mut self,
         sequences: &[StarhmmSequence],
@@ -77,7 +77,7 @@ impl Starhmm {
         }
     }
 
-    /// One M-step; the Newton steps that it made.
+    /// One M-step. Returns the Newton steps that it made.
     fn maximise(
         &mut self,
         sequences: &[StarhmmSequence],

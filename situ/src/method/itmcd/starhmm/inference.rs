@@ -1,4 +1,4 @@
-//! Forward, backward and the most probable path, in log space.
+//! Forward, backward and the most probable path, in logarithms.
 
 use super::error::StarhmmError;
 use super::logarithms::{log_sigmoid, log_sum_exp};
@@ -6,16 +6,16 @@ use super::model::{END, Starhmm};
 use super::sequence::StarhmmSequence;
 use crate::vector::dot;
 
-/// What the steps of a sequence say about its phases.
+/// The posterior of the phases given the steps of a sequence.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Posterior {
-    /// log p(y_1…y_T | x, θ), END included where the sequence ends.
+    /// log p(y_1…y_T | x, θ), with END if the sequence ends.
     pub log_likelihood: f64,
     /// γ_t(i) = p(ρ_t = i | all), shape (T, phases).
     pub gamma: Vec<Vec<f64>>,
-    /// What came first: η of the origin; weights sum to 1.
+    /// The posterior of the first phase. The weights sum to 1.
     pub first: Vec<(usize, f64)>,
-    /// Every way from a phase at a step to the next, END among them; ξ.
+    /// ξ: every transition from a phase at a step, with END.
     pub transitions: Vec<Transition>,
 }
 
@@ -28,18 +28,60 @@ pub struct Transition {
     pub from: usize,
     /// ξ_t(i, i).
     pub stays: f64,
-    /// ξ_t(i, j) of each child j, [`END`] among them; zeros left out.
+    /// ξ_t(i, j) for each child j, with [`END`], without zeros.
     pub ends: Vec<(usize, f64)>,
 }
 
 /// The densities and the transitions of one sequence.
 struct Tables {
-    /// log f, shape (T, phases); −∞ where the phase cannot make the step.
+    /// log f, shape (T, phases). −∞ if the phase cannot make the step.
     density: Vec<Vec<f64>>,
     /// log η of the origin, shape (phases).
     first: Vec<f64>,
-    /// Of each step and phase that can have made it: log T of each way on, shape (T, phases, …).
+    /// For each step and each phase that can have made it, log T of each way on, shape (T, phases, …).
     ways: Vec<Vec<Vec<(usize, f64)>>>,
+}
+
+impl Tables {
+    /// The log probability of a transition and of all that follows it.
+    fn ahead(&self, backward: &[Vec<f64>], time: usize, (to, log): &(usize, f64)) -> f64 {
+        if *to == END { *log } else { log + self.density[time + 1][*to] + backward[time + 1][*to] }
+    }
+
+    /// log β, shape (T, phases).
+    fn backward(&self, ends: bool) -> Vec<Vec<f64>> {
+        let (steps, phases) = (self.density.len(), self.first.len());
+        let mut backward = vec![vec![f64::NEG_INFINITY; phases]; steps];
+        for time in (0..steps).rev() {
+            for phase in 0..phases {
+                backward[time][phase] = if time + 1 == steps && !ends {
+                    0.0
+                } else {
+                    let ways = self.ways[time][phase].iter();
+                    log_sum_exp(ways.map(|way| self.ahead(&backward, time, way)))
+                };
+            }
+        }
+        backward
+    }
+
+    /// log α, shape (T, phases).
+    fn forward(&self) -> Vec<Vec<f64>> {
+        let (steps, phases) = (self.density.len(), self.first.len());
+        let mut forward: Vec<Vec<f64>> = Vec::with_capacity(steps);
+        forward.push(self.first.iter().zip(&self.density[0]).map(|(first, density)| first + density).collect());
+        for time in 1..steps {
+            let mut terms = vec![Vec::new(); phases];
+            for (phase, ways) in self.ways[time - 1].iter().enumerate() {
+                for (to, log) in ways {
+                    terms[*to].push(forward[time - 1][phase] + log);
+                }
+            }
+            let sums = terms.iter().zip(&self.density[time]);
+            forward.push(sums.map(|(terms, density)| log_sum_exp(terms.iter().copied()) + density).collect());
+        }
+        forward
+    }
 }
 
 impl Starhmm {
@@ -100,11 +142,11 @@ impl Starhmm {
     }
 
     /// Forward and backward: α_1(j) = η_origin,j f_j(y_1); α_{t+1}(j) = Σ_i α_t(i) T_t(i, j) f_j(y_{t+1}); β_T(i) = 1,
-    /// or τ_i η_i,END where the sequence ends. `index` is the sequence's, which [`super::model::Phase::absent`] refers to. O(T
+    /// or τ_i η_i,END if the sequence ends. `index` is that of the sequence, as in [`super::model::Phase::absent`]. O(T
     /// · edges).
     ///
     /// # Errors
-    /// Where shapes do not fit, or no path of phases makes the sequence.
+    /// If shapes do not fit, or no path of phases makes the sequence.
     pub fn posterior(&self, index: usize, sequence: &StarhmmSequence) -> Result<Posterior, StarhmmError> {
         self.check(std::slice::from_ref(sequence))?;
         self.posterior_unchecked(index, sequence)
@@ -116,33 +158,8 @@ impl Starhmm {
         sequence: &StarhmmSequence,
     ) -> Result<Posterior, StarhmmError> {
         let tables = self.tables(index, sequence);
-        let (steps, phases) = (sequence.steps.len(), self.phases.len());
-        let mut backward = vec![vec![f64::NEG_INFINITY; phases]; steps];
-        let ahead = |backward: &[Vec<f64>], time: usize, (to, log): &(usize, f64)| {
-            if *to == END { *log } else { log + tables.density[time + 1][*to] + backward[time + 1][*to] }
-        };
-        for time in (0..steps).rev() {
-            for phase in 0..phases {
-                backward[time][phase] = if time + 1 == steps && !sequence.ends {
-                    0.0
-                } else {
-                    let ways = tables.ways[time][phase].iter();
-                    log_sum_exp(ways.map(|way| ahead(&backward, time, way)))
-                };
-            }
-        }
-        let mut forward: Vec<Vec<f64>> = Vec::with_capacity(steps);
-        forward.push(tables.first.iter().zip(&tables.density[0]).map(|(first, density)| first + density).collect());
-        for time in 1..steps {
-            let mut terms = vec![Vec::new(); phases];
-            for (phase, ways) in tables.ways[time - 1].iter().enumerate() {
-                for (to, log) in ways {
-                    terms[*to].push(forward[time - 1][phase] + log);
-                }
-            }
-            let sums = terms.iter().zip(&tables.density[time]);
-            forward.push(sums.map(|(terms, density)| log_sum_exp(terms.iter().copied()) + density).collect());
-        }
+        let phases = self.phases.len();
+        let (backward, forward) = (tables.backward(sequence.ends), tables.forward());
         let log_likelihood =
             log_sum_exp(forward[0].iter().zip(&backward[0]).map(|(forward, backward)| forward + backward));
         if !log_likelihood.is_finite() {
@@ -160,7 +177,7 @@ impl Starhmm {
             for (from, ways) in ways.iter().enumerate() {
                 let mut transition = Transition { step, from, stays: 0.0, ends: Vec::new() };
                 for way in ways {
-                    let weight = share(forward[step][from] + ahead(&backward, step, way));
+                    let weight = share(forward[step][from] + tables.ahead(&backward, step, way));
                     if way.0 == from {
                         transition.stays = weight;
                     } else if weight > 0.0 {
@@ -175,7 +192,7 @@ impl Starhmm {
         Ok(Posterior { log_likelihood, gamma, first, transitions })
     }
 
-    /// The most probable path of phases (Viterbi); the first in order where two tie.
+    /// The most probable path of phases (Viterbi); the first in order if two tie.
     ///
     /// # Errors
     /// As [`Starhmm::posterior`].

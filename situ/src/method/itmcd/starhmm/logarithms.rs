@@ -1,6 +1,6 @@
 //! Sums and probabilities in logarithms.
 
-/// log Σ exp of the terms; −∞ of none.
+/// log Σ exp of the terms; −∞ if there is none.
 pub(super) fn log_sum_exp(terms: impl Iterator<Item = f64> + Clone) -> f64 {
     let greatest = terms.clone().fold(f64::NEG_INFINITY, f64::max);
     if greatest == f64::NEG_INFINITY {

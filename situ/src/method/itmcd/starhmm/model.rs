@@ -14,38 +14,38 @@ pub const END: usize = usize::MAX;
 /// A phase.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Phase {
-    /// The context whose steps it makes.
+    /// The context of the steps that it makes.
     pub context: usize,
     /// W_i and Σ_i.
     pub emission: LinearGaussian,
-    /// Index of its w in [`Starhmm::exits`].
+    /// The index of its w in [`Starhmm::exits`].
     pub exit: usize,
-    /// Index of its v in [`Starhmm::entries`].
+    /// The index of its v in [`Starhmm::entries`].
     pub entry: usize,
-    /// The sequences, by index, in which it cannot run.
+    /// The indices of the sequences in which it cannot run.
     pub absent: BTreeSet<usize>,
 }
 
-/// The model.
+/// A STARHMM.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Starhmm {
     /// The phases.
     pub phases: Vec<Phase>,
-    /// Children of each phase: indices of phases, or [`END`].
+    /// The children of each phase: indices of phases, or [`END`].
     pub children: Vec<Vec<usize>>,
-    /// What can begin a sequence that nothing ran before.
+    /// The phases that can begin a sequence before which nothing ran.
     pub first: Vec<usize>,
     /// Each w, shape (number of φ).
     pub exits: Vec<Vec<f64>>,
     /// Each v, shape (number of ψ).
     pub entries: Vec<Vec<f64>>,
-    /// Index of the v of [`END`].
+    /// The index of the v of [`END`].
     pub end_entry: usize,
 }
 
 impl Starhmm {
-    /// The children of a phase, or of `None` (nothing ran before), that can run in a sequence. `inside`: without the
-    /// phase itself.
+    /// The children of a phase that can run in a sequence. `from` is `None` if nothing ran before. `inside` leaves out
+    /// the phase itself.
     pub(crate) fn options(&self, from: Option<usize>, sequence: usize, inside: bool) -> impl Iterator<Item = usize> {
         let children = from.map_or(&self.first, |phase| &self.children[phase]);
         let is_present = move |to: usize| to == END || !self.phases[to].absent.contains(&sequence);
@@ -63,9 +63,8 @@ impl Starhmm {
         scores.into_iter().map(|score| score - total).collect()
     }
 
-    /// The number of free parameters k: W and the symmetric Σ of each phase, each w, and of the v those that the
-    /// choices tell apart (a softmax does not change where all its v move together, so a connected group of g of them
-    /// counts g − 1).
+    /// The number of free parameters k: W and the symmetric Σ of each phase, each w, and those v that some choice
+    /// compares. A softmax does not change if all its v move together, so g connected v count as g − 1.
     pub fn free_parameters(&self) -> usize {
         let emissions: usize = self.phases.iter().map(|phase| phase.emission.free_parameters()).sum();
         let exits: BTreeSet<usize> = self.phases.iter().map(|phase| phase.exit).collect();

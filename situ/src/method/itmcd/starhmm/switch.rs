@@ -1,25 +1,26 @@
-//! The M-steps of termination and entry: logistic regressions with soft labels, never allowed to lower what EM climbs.
+//! The M-steps of termination and entry: logistic regressions with soft labels. They never lower the expected
+//! log-likelihood.
 
 use super::cholesky;
 use super::logarithms::{log_sigmoid, log_sum_exp};
 use crate::vector::dot;
 
-/// Newton steps an M-step: EM comes back, so a few that improve are as good as a minimum.
+/// The Newton steps per M-step. EM repeats the M-step, so a few steps that improve are as good as the minimum.
 const NEWTON_STEPS: usize = 2;
-/// Halvings of a step at most; then the old weights stay.
+/// The greatest number of halvings of a step. After that the old weights stay.
 const HALVINGS: usize = 12;
 
-/// What a termination saw: φ, Σ_j ξ(i, j ≠ i), ξ(i, i).
+/// What a termination is fitted to: φ, Σ_j ξ(i, j ≠ i), ξ(i, i).
 pub(super) type Exit<'a> = (&'a [f64], f64, f64);
 
-/// A choice between children: their indices of v, ψ, and the weight of each.
+/// A choice between children: their indices of v, ψ, and the weight of each child.
 pub(super) struct Choice<'a> {
     pub(super) entries: Vec<usize>,
     pub(super) features: &'a [f64],
     pub(super) weights: Vec<f64>,
 }
 
-/// Improves w by Newton's method on the ridge objective; a step is taken only where the expected log-likelihood itself
+/// Improves w by Newton's method on the ridge objective. A step is taken only if the expected log-likelihood itself
 /// does not fall. Returns the steps that were solved.
 pub(super) fn improve_exit(weights: &mut Vec<f64>, seen: &[Exit<'_>], ridge: f64) -> usize {
     if seen.is_empty() {
@@ -52,7 +53,7 @@ pub(super) fn improve_exit(weights: &mut Vec<f64>, seen: &[Exit<'_>], ridge: f64
 /// Improves all v at once, in the same way.
 pub(super) fn improve_entries(entries: &mut [Vec<f64>], choices: &[Choice<'_>], ridge: f64) -> usize {
     let Some(width) = entries.first().map(Vec::len).filter(|_| !choices.is_empty()) else { return 0 };
-    // Only a v that stands beside another can be learned; the others stay out of the equations.
+    // Only a v that is compared with another can be learned. The others stay out of the equations.
     let mut slot = vec![None; entries.len()];
     let mut used = Vec::new();
     for entry in choices.iter().flat_map(|choice| &choice.entries) {
@@ -113,7 +114,7 @@ fn diagonal(size: usize, value: f64) -> Vec<f64> {
     matrix
 }
 
-/// Adds `slope` · φ to the gradient at the block's row, `curvature` · φ φᵀ to the Hessian's block.
+/// Adds `slope` · φ to the rows of the gradient, and `curvature` · φ φᵀ to the block of the Hessian.
 fn add(
     gradient: &mut [f64],
     hessian: &mut [f64],
@@ -131,7 +132,7 @@ fn add(
     }
 }
 
-/// One Newton step, halved until `expected` does not fall; false where none will do.
+/// One Newton step, halved until `expected` does not fall. False if no length will do.
 fn climb(weights: &mut Vec<f64>, mut step: Vec<f64>, mut hessian: Vec<f64>, expected: impl Fn(&[f64]) -> f64) -> bool {
     let size = weights.len();
     if size == 0 || !cholesky::factor(&mut hessian, size) {

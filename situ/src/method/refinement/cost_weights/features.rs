@@ -1,42 +1,41 @@
-//! The features of a plan, its cost, and the plan that has the least.
+//! The features of a plan, its cost, and the plan of least cost.
 //!
-//! A plan of K keyframes is written as displacements `u_k` from the demonstrated keyframes: three positions in the
-//! frame of the reference object (along its x and y, and height; metres), then three turns about the gripper's own axes
-//! (two tilts and the turn about its approach axis; radians). The keyframes are of two groups, `g`: the *contacts*, at
-//! which the hand closes or opens, and the *free* ones. There is one feature a group and axis, the mean displacement of
-//! the group along it,
+//! A plan of K keyframes is written as displacements `u_k` from the demonstrated keyframes. A displacement has three
+//! positions in the frame of the reference object (along x, along y, and height; metres). Then it has three turns about
+//! the gripper's own axes (two tilts, and the turn about the approach axis; radians). The keyframes form two groups
+//! `g`: the *contacts*, where the hand closes or opens, and the *free* ones. There is one feature per group and axis,
+//! the mean displacement of the group along the axis:
 //!
-//! `φ_{g,c}(u) = (1/n_g) Σ_{k ∈ g} u_{k,c}`,
+//! `φ_{g,c}(u) = (1/n_g) Σ_{k ∈ g} u_{k,c}`.
 //!
-//! twelve in all, and the cost of a plan with weights `w` is
+//! These are twelve features. The cost of a plan with weights `w` is
 //!
 //! `J(u) = Σ_g (1/2n_g) Σ_{k ∈ g} |u_k|² + wᵀ φ(u)`:
 //!
-//! its distance to what was demonstrated, and what the weights ask for. A square metre and a square radian cost the
-//! same, which no plan depends on. The gradient vanishes at `u_{k,c} = −w_{g,c}`, the only minimum, since J is strictly
-//! convex; so the features of a plan are its weights with the other sign.
+//! its distance from what was demonstrated, plus the weighted features. A square metre and a square radian cost the
+//! same; no plan depends on that. The gradient vanishes at `u_{k,c} = −w_{g,c}`. As J is strictly convex, that is the
+//! only minimum. So the features of the best plan are its weights with the other sign.
 //!
-//! **What these features can say**: carry the contacts somewhere else, or hold them at another height, tilt or turn;
-//! the same of the free keyframes, as one body. **What they cannot**: move one free keyframe against another (a bend, a
-//! way around something), one keyframe more or fewer, another grip command, another rest. Nor can they say what depends
-//! on another object: the frame is the reference object's.
+//! **These features can express**: move the contacts elsewhere, or hold them at another height, tilt or turn; and the
+//! same for the free keyframes, as one body. **They cannot express**: move one free keyframe relative to another (a
+//! bend, a way around something), have one keyframe more or fewer, another grip command, another rest. Nor can they
+//! express what depends on another object, because the frame is that of the reference object.
 
 use std::array;
 
 use crate::keyframe::pose::Tangent;
 
-/// Axes of a displacement.
+/// The axes of a displacement.
 const AXES: usize = 6;
-/// Groups of keyframes: free, contact.
+/// The groups of keyframes: free, contact.
 const GROUPS: usize = 2;
-/// Features of a plan.
+/// The features of a plan.
 pub const FEATURES: usize = GROUPS * AXES;
-/// A number a feature: six of the free keyframes, then six of the contacts; metres, metres, metres, radians, radians,
-/// radians.
+/// One number per feature: six of the free keyframes, then six of the contacts; three in metres, then three in radians.
 pub type Features = [f64; FEATURES];
 
-/// Range of a position, metres, and of a turn, radians: the scales at which a difference of either matters (decision
-/// D16: offsets 0.2 m, tilt 0.5 rad). What is compared across features is measured in ranges.
+/// The range of a position, metres, and of a turn, radians: the scales at which a difference matters (decision D16:
+/// offsets 0.2 m, tilt 0.5 rad). Features are compared with each other in ranges.
 const RANGE: [f64; 2] = [0.2, 0.5];
 /// The range of each feature.
 pub const RANGES: Features = {
@@ -54,7 +53,7 @@ fn sizes(contacts: &[bool]) -> [f64; GROUPS] {
     [contacts.len() - contact, contact].map(|count| count.max(1) as f64)
 }
 
-/// φ(u): `contacts` says which keyframes are, one a displacement. The features of a group without keyframes are 0.
+/// φ(u). `contacts` has one entry per displacement. The features of a group without keyframes are 0.
 pub fn features(contacts: &[bool], displacements: &[Tangent]) -> Features {
     let sizes = sizes(contacts);
     array::from_fn(|feature| {
@@ -75,7 +74,7 @@ pub fn cost(contacts: &[bool], displacements: &[Tangent], weights: &Features) ->
     cost + weights.iter().zip(features).map(|(weight, feature)| weight * feature).sum::<f64>()
 }
 
-/// The displacements of least cost, one a keyframe.
+/// The displacements of least cost, one per keyframe.
 pub fn plan(contacts: &[bool], weights: &Features) -> Vec<Tangent> {
     let moved = |contact: &bool| Tangent::from_fn(|axis, _| -weights[usize::from(*contact) * AXES + axis]);
     contacts.iter().map(moved).collect()

@@ -1,14 +1,15 @@
-//! `cost_weights`: a primitive as the minimiser of a cost whose weights corrections move (Jain et al. 2013; Bajcsy et
-//! al. 2018).
+//! `cost_weights`: a primitive as the minimiser of a cost, whose weights are moved by corrections (Jain et al. 2013;
+//! Bajcsy et al. 2018).
 //!
-//! The executed keyframes minimise the distance to the demonstrated ones plus weighted features ([`features`]), and a
+//! The executed keyframes minimise the distance to the demonstrated ones plus weighted features ([`features`]). A
 //! correction moves the weights by the rule of the paper ([`Rule`]); then the plan is solved anew. The demonstrated
-//! keyframes are the means of the original policy and all weights begin at 0, so the uncorrected primitive is the
+//! keyframes are the means of the original policy, and all weights begin at 0, so the uncorrected primitive is the
 //! original one.
 //!
-//! What is shown is laid against the plan ([`super::alignment`]): a planned keyframe with a partner is *deformed* to
-//! it, one without stays as planned. That is `ȳ` (Jain) or `ξ_D` (Bajcsy); the plan itself is `y` or `ξ_R`. Shown
-//! keyframes without a partner say nothing, for no feature can say it. Grip commands and rests are the original's.
+//! What is shown is aligned with the plan ([`super::alignment`]). A planned keyframe with a partner is *deformed* to
+//! it; one without a partner stays as planned. The result is `ȳ` (Jain) or `ξ_D` (Bajcsy); the plan itself is `y` or
+//! `ξ_R`. Shown keyframes without a partner have no effect, because no feature can express them. Grip commands and
+//! rests are those of the original.
 
 pub mod features;
 mod rule;
@@ -17,7 +18,7 @@ use nalgebra::Matrix6;
 use serde::Serialize;
 
 pub use features::{FEATURES, Features};
-pub use rule::{Rule, coactive, physical};
+pub use rule::{Physical, Rule, coactive};
 
 use super::alignment::{Stop, align, contacts};
 use super::refine::{Refine, Refined};
@@ -27,17 +28,17 @@ use crate::keyframe::policy::KeyframePolicy;
 use crate::keyframe::pose::{exp, log};
 use crate::trace::Counters;
 
-/// Step of both rules of Bajcsy et al. The curvature of the plan's cost is 1 along every feature, so that with a step
-/// of 1 the plan has, in the features that are moved, exactly what was shown. They tune it by hand for each feature.
+/// The step of both rules of Bajcsy et al. The curvature of the plan's cost is 1 along every feature. So with a step of
+/// 1, the features that are moved become exactly what was shown. Bajcsy et al. tune the step by hand for each feature.
 const GAIN: f64 = 1.0;
-/// Bajcsy et al. clip weights: here at as many ranges to either side, 40 cm and 1 rad. A modification that moves a
-/// primitive by 12 cm does not come near.
+/// Bajcsy et al. clip weights. Here they are clipped at so many ranges to either side: 40 cm and 1 rad. A modification
+/// that moves a primitive by 12 cm is far from that.
 const LIMIT: f64 = 2.0;
 
-/// Refines by weights of a cost.
+/// Refines by the weights of a cost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CostWeights {
-    /// How a correction moves them.
+    /// How a correction moves the weights.
     pub rule: Rule,
 }
 
@@ -46,9 +47,9 @@ pub struct CostWeights {
 pub struct Weighted {
     /// The demonstrated keyframes, which the plan stays near.
     demonstrated: Vec<RelativeKeyframe>,
-    /// Their scatter, for sampled executions.
+    /// The scatter of each keyframe, for sampled executions.
     scatter: Vec<Matrix6<f64>>,
-    /// Weights of the features in the cost, in the unit of each.
+    /// The weights of the features in the cost, in the unit of each feature.
     weights: Features,
 }
 
@@ -68,7 +69,7 @@ fn stops(keyframes: &[RelativeKeyframe]) -> Vec<Stop> {
 impl Refine for CostWeights {
     type Primitive = Weighted;
 
-    /// Reads the original policy alone.
+    /// Only reads the original policy.
     fn fit(&self, original: &KeyframePolicy, _: &[&Segment], _: &mut Counters) -> Result<Weighted, SituError> {
         Ok(Weighted {
             demonstrated: original.mean_keyframes(),
@@ -98,7 +99,11 @@ impl Refine for CostWeights {
                 coactive(&mut utility, &shown, &planned);
                 primitive.weights = utility.map(|weight| -weight);
             }
-            rule => physical(&mut primitive.weights, &shown, &planned, &features::RANGES, GAIN, LIMIT, rule),
+            Rule::All | Rule::OneAtATime => {
+                let one_at_a_time = self.rule == Rule::OneAtATime;
+                let physical = Physical { ranges: &features::RANGES, gain: GAIN, limit: LIMIT, one_at_a_time };
+                physical.correct(&mut primitive.weights, &shown, &planned);
+            }
         }
         Ok(())
     }

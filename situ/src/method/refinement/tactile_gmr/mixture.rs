@@ -5,11 +5,11 @@ use serde::{Serialize, Serializer};
 use crate::error::SituError;
 use crate::method::gaussian::{Square, backward, cholesky, forward, log_density, log_determinant};
 
-/// Re-estimations at most.
+/// The greatest number of re-estimations.
 const MOST_ITERATIONS: usize = 50;
-/// The fit ends where the objective's relative change is below this.
+/// The fit ends when the relative change of the objective is below this.
 const TOLERANCE: f64 = 1e-7;
-/// A Gaussian with fewer points keeps its mean.
+/// A Gaussian with less weight than this, in points, keeps its mean.
 const NEGLIGIBLE: f64 = 1e-9;
 
 /// A Gaussian of a mixture.
@@ -37,22 +37,22 @@ impl<const D: usize> Serialize for Mixture<D> {
     }
 }
 
-/// The prior of each covariance: as if so many points had these deviations, independent.
+/// The prior of each covariance: as if so many points had these standard deviations, independently.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CovariancePrior<const D: usize> {
-    /// Standard deviations, one a dimension, above 0.
+    /// The standard deviations, one per dimension, above 0.
     pub deviations: [f64; D],
-    /// Weight in points, above 0.
+    /// The weight in points, above 0.
     pub weight: f64,
 }
 
-/// What a fit gives.
+/// The result of a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MixtureFit<const D: usize> {
     /// The mixture.
     pub mixture: Mixture<D>,
-    /// What is maximised, before each re-estimation and after the last:
-    /// `Σ w_n log p(x_n) − ½ ν Σ_k (log |Σ_k| + tr Σ_k⁻¹ S₀)`. It never falls.
+    /// The objective `Σ w_n log p(x_n) − ½ ν Σ_k (log |Σ_k| + tr Σ_k⁻¹ S₀)`, before each re-estimation and after the
+    /// last. It never falls.
     pub objective: Vec<f64>,
 }
 
@@ -60,11 +60,12 @@ fn refused(problem: &str) -> SituError {
     SituError::Policy { reference: "a Gaussian mixture".to_owned(), problem: problem.to_owned() }
 }
 
-/// Maximum a posteriori of `components` Gaussians from weighted points; each begins at the points of its label.
+/// The maximum a posteriori of `components` Gaussians from weighted points. Each Gaussian starts from the points of its
+/// label.
 ///
 /// # Errors
-/// Where the slices differ in length, a label is out of range, no point has weight or one has less than none, or a
-/// number is not finite.
+/// If the slices differ in length, a label is out of range, no point has weight, a weight is negative, or a number is
+/// not finite.
 pub fn fit<const D: usize>(
     points: &[[f64; D]],
     weights: &[f64],
@@ -79,7 +80,7 @@ pub fn fit<const D: usize>(
     if !(alike && finite && possible && total > NEGLIGIBLE && labels.iter().all(|label| *label < components)) {
         return Err(refused("points, weights and labels that fit together are needed, and finite numbers"));
     }
-    // `shares[k][n]`: the weight of point n, times the probability that it is of Gaussian k.
+    // `shares[k][n]`: the weight of point n, times the probability that it belongs to Gaussian k.
     let mut shares: Vec<Vec<f64>> = (0..components)
         .map(|k| weights.iter().zip(labels).map(|(weight, label)| if *label == k { *weight } else { 0.0 }).collect())
         .collect();
@@ -133,7 +134,7 @@ fn maximise<const D: usize>(
     Mixture(shares.iter().enumerate().map(component).collect())
 }
 
-/// The E step: fills `shares` and returns the objective.
+/// The E step. Fills `shares` and returns the objective.
 fn expect<const D: usize>(
     points: &[[f64; D]],
     weights: &[f64],
@@ -173,7 +174,7 @@ fn factors<const D: usize>(mixture: &Mixture<D>) -> Result<Vec<Square<D>>, SituE
     mixture.0.iter().map(factor).collect::<Option<_>>().ok_or_else(|| refused("a covariance is not positive definite"))
 }
 
-/// log Σ exp, and the exponentials over their sum; where all are −∞, each is as likely.
+/// log Σ exp, and the exponentials over their sum. If all are −∞, each gets the same share.
 fn normalised(logs: &[f64]) -> (f64, Vec<f64>) {
     let greatest = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     if greatest == f64::NEG_INFINITY {
@@ -184,12 +185,13 @@ fn normalised(logs: &[f64]) -> (f64, Vec<f64>) {
     (greatest + libm::log(sum), terms.into_iter().map(|term| term / sum).collect())
 }
 
-/// Regression: mean, shape (O), and covariance, shape (O, O), of the last O numbers given the first I. I + O = D.
+/// Regression: the mean, shape (O), and the covariance, shape (O, O), of the last O numbers given the first I. I + O =
+/// D.
 ///
-/// Each Gaussian predicts `μ_o + Σ_oi Σ_ii⁻¹ (x − μ_i)` with covariance `Σ_oo − Σ_oi Σ_ii⁻¹ Σ_io`, and counts as it is
-/// probable given the input; the covariance is that of the whole conditional, the scatter of the predictions in it. A
-/// Gaussian whose covariance is not positive definite in the input, which no fit gives, is left out; where there is
-/// none, both are 0.
+/// Each Gaussian predicts `μ_o + Σ_oi Σ_ii⁻¹ (x − μ_i)` with covariance `Σ_oo − Σ_oi Σ_ii⁻¹ Σ_io`. Its weight is its
+/// probability given the input. The covariance is that of the whole conditional, so it includes the scatter of the
+/// predictions. A Gaussian is left out if its covariance is not positive definite in the input, which no fit gives. If
+/// no Gaussian is left, mean and covariance are 0.
 pub fn regress<const I: usize, const O: usize, const D: usize>(
     mixture: &Mixture<D>,
     input: &[f64; I],

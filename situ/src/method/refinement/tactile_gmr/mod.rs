@@ -1,25 +1,26 @@
 //! `tactile_gmr`: Gaussian mixture regression of pose from phase and contact (Sauser, Argall, Metta and Billard 2012).
 //!
-//! The original adapts a robot's grasp: a Gaussian mixture over posture and the readings of tactile cells, regressed at
-//! execution, and fitted again to the original and the corrected data after a person has pushed the fingers. This is a
-//! *reconstruction*: our scenes have no taxels, so the contact is whether the hand is commanded to be closed, and the
-//! time is a phase.
+//! The original adapts a robot's grasp. It has a Gaussian mixture over posture and the readings of tactile cells,
+//! regressed at execution. After a person has pushed the fingers, the mixture is fitted again to the original and the
+//! corrected data. This is a *reconstruction*: our scenes have no tactile cells, so the contact is whether the hand is
+//! commanded to be closed, and the time is a phase.
 //!
-//! - **Data**: points along the way through a segment's keyframes, five a leg: phase, contact on the way there, and the
-//!   pose in the tangent space at the mean pose of the primitive (6). The phase of keyframe k of the primitive's K is
-//!   k/(K−1); a segment's keyframes get those of their partners ([`super::alignment`]), evenly spread between them.
-//!   Before a first and after a last partner phases go on to 0 and 1; what is beyond them is left out.
-//! - **Model**: one Gaussian a leg, each begun at its leg, for on a leg the pose is linear in the phase; maximum a
-//!   posteriori by expectation maximisation ([`mixture`]). Two legs' Gaussians predict the same pose where the legs
-//!   meet, so little is smoothed away there.
-//! - **Correction**: its points join the data, and everything is fitted anew. All corrections together weigh
-//!   [`CORRECTED_WEIGHT`] times the originals; as it is data that is weighed, a part of the way that no correction
-//!   shows is as it was.
-//! - **Execution**: the regression at the K phases of the original's keyframes, with its grip commands and rests. There
-//!   can be no keyframe more or fewer.
+//! - **Data**: points along the way through a segment's keyframes, five per leg. A point has the phase, the contact on
+//!   the way there, and the pose in the tangent space at the mean pose of the primitive (6). The phase of keyframe k of
+//!   the primitive's K keyframes is k/(K−1). A segment's keyframes get the phases of their partners
+//!   ([`super::alignment`]), and even phases between them. Before the first and after the last partner, phases continue
+//!   to 0 and 1; what is beyond is left out.
+//! - **Model**: one Gaussian per leg, which starts from the points of its leg, because on a leg the pose is linear in
+//!   the phase. The fit is maximum a posteriori by expectation maximisation ([`mixture`]). Where two legs meet, their
+//!   Gaussians predict the same pose, so little is smoothed away there.
+//! - **Correction**: its points are added to the data, and everything is fitted anew. All corrections together weigh
+//!   [`CORRECTED_WEIGHT`] times the originals. Only data are weighed, so a part of the way that no correction shows
+//!   stays as it was.
+//! - **Execution**: the regression at the K phases of the original's keyframes, with its grip commands and rests. The
+//!   number of keyframes never changes.
 //!
-//! Before the first correction a primitive does what the original policy does; its regression, within two millimetres
-//! of it, is used from then on.
+//! Before the first correction a primitive does what the original policy does. From then on its regression is executed,
+//! which is within two millimetres of the original policy.
 
 pub mod mixture;
 mod points;
@@ -38,14 +39,14 @@ use crate::keyframe::policy::KeyframePolicy;
 use crate::keyframe::pose::{exp, karcher_mean};
 use crate::trace::Counters;
 
-/// Weight of all corrections together, the originals together being 1. With as much as the originals a keyframe that is
-/// moved by 12 cm ends 6 cm short; with nine times it is 1.2 cm, what a grasp forgives.
+/// The weight of all corrections together, where that of the originals is 1. With a weight of 1, a keyframe that is
+/// moved by 12 cm ends 6 cm short. With nine it is 1.2 cm short, which a grasp tolerates.
 pub const CORRECTED_WEIGHT: f64 = 9.0;
-/// Prior standard deviations: phase; contact, which is 0 or 1; metres; radians (1°). Small against a leg, so that the
-/// regression is the leg's.
+/// The prior standard deviations: phase; contact, which is 0 or 1; metres; radians (1°). They are small compared with a
+/// leg, so the leg determines the regression.
 const PRIOR: CovariancePrior<DIMENSIONS> = CovariancePrior {
     deviations: [0.01, 0.05, 0.003, 0.003, 0.003, 0.0175, 0.0175, 0.0175],
-    // One point: as little as keeps a covariance regular.
+    // One point, which is just enough to keep a covariance regular.
     weight: 1.0,
 };
 
@@ -56,13 +57,13 @@ pub struct TactileGmr;
 /// A primitive: its data and their mixture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Regressed {
-    /// The keyframes of the original policy: their number, grips and rests are executed.
+    /// The keyframes of the original policy. Their number, grips and rests are executed.
     original: Vec<RelativeKeyframe>,
-    /// Where the tangent space is.
+    /// The pose at which the tangent space is taken.
     base: Pose,
-    /// Points of the originals.
+    /// The points of the originals.
     points: Vec<Point>,
-    /// Points of each correction.
+    /// The points of each correction.
     corrected: Vec<Vec<Point>>,
     mixture: Mixture<DIMENSIONS>,
 }
@@ -82,7 +83,7 @@ impl Regressed {
             weights.extend(correction.iter().map(|_| share / correction.len() as f64));
             points.extend(correction);
         }
-        // The leg that ends at or after the phase.
+        // The leg that ends at the phase, or after it.
         let labels: Vec<usize> = points
             .iter()
             .map(|point| (libm::ceil(point[0] * legs as f64) as usize).saturating_sub(1).min(legs - 1))

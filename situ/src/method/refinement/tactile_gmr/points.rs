@@ -4,33 +4,33 @@ use super::super::alignment::{Stop, align};
 use crate::demonstration::{Pose, RelativeKeyframe};
 use crate::keyframe::pose::{exp, log};
 
-/// Numbers of a point.
+/// The numbers of a point.
 pub const DIMENSIONS: usize = 8;
 /// Phase 0 to 1, contact 0 or 1, and the pose in the tangent space at the base: metres (3), radians (3).
 pub type Point = [f64; DIMENSIONS];
 
-/// Points of a leg, the later keyframe one of them.
+/// The points of a leg, the later keyframe included.
 const POINTS_A_LEG: usize = 5;
 
 fn contact(stop: &Stop) -> f64 {
     if stop.is_closed() { 1.0 } else { 0.0 }
 }
 
-/// Phase of keyframe `index` of `count`.
+/// The phase of keyframe `index` of `count`.
 fn phase(index: f64, count: usize) -> f64 {
     index / count.saturating_sub(1).max(1) as f64
 }
 
-/// Where keyframe `index` of the primitive is: its phase, and the contact on the way there.
+/// The input at keyframe `index` of the primitive: its phase, and the contact on the way there.
 pub(super) fn input(stops: &[Stop], index: usize) -> [f64; 2] {
     [phase(index as f64, stops.len()), contact(&stops[index.saturating_sub(1)])]
 }
 
-/// The phase of each shown keyframe; none where it is beyond the primitive.
+/// The phase of each shown keyframe. `None` if it is beyond the primitive.
 fn phases(stops: &[Stop], shown: &[Stop]) -> Vec<Option<f64>> {
     let mut knots = align(stops, shown);
     let (last, last_shown) = (stops.len() - 1, shown.len() - 1);
-    // From the first partner back to the beginning, from the last on to the end: where both have something there.
+    // From the first partner back to the beginning, and from the last on to the end, if both have something there.
     if knots.first().is_none_or(|(i, j)| *i > 0 && *j > 0) {
         knots.insert(0, (0, 0));
     }
@@ -51,8 +51,8 @@ fn phases(stops: &[Stop], shown: &[Stop]) -> Vec<Option<f64>> {
     phases
 }
 
-/// The points of a segment with these keyframes, at least one, of a primitive with these stops, at least one; `base` is
-/// where the tangent space is.
+/// The points of a segment with these keyframes, at least one, for a primitive with these stops, at least one. `base`
+/// is the pose at which the tangent space is taken.
 pub(super) fn of(stops: &[Stop], base: &Pose, keyframes: &[RelativeKeyframe]) -> Vec<Point> {
     let shown: Vec<Stop> = keyframes.iter().map(Stop::from).collect();
     let point = |phase: f64, contact: f64, pose: &Pose| -> Point {
