@@ -1,7 +1,7 @@
 //! The instructions of the kernels and of one whole update, counted by gungraun under valgrind's callgrind, and the gate on them.
 //!
 //! Each is counted by itself, once: what makes its input, and checks its result, is not. The counts are held against
-//! `results/baselines/instructions.json` as [`situ_bench::gate`] says; one of them more than 2 % above it fails. That the gate would see a
+//! `results/baselines/instructions.json` as [`situ_bench::gate::instructions`] says; one of them more than 2 % above it fails. That the gate would see a
 //! change is tried in every run: one more iteration of EM must be a regression of the fit. Without valgrind, or the
 //! runner of gungraun in the version of `Cargo.lock`, nothing is counted, and that is said.
 //!
@@ -30,12 +30,15 @@ use situ::keyframe::logistic::{self, LogisticFit};
 use situ::method::{self, Learned};
 use situ::place::{NodeId, Place};
 use situ::trace::Trace;
-use situ_bench::baseline::{Origin, Verdict};
 use situ_bench::cost::{Subject, corrected};
 use situ_bench::error::BenchError;
-use situ_bench::gate::{Expected, counted};
+use situ_bench::files;
+use situ_bench::gate::callgrind;
+use situ_bench::gate::gungraun::counted;
+use situ_bench::gate::instructions::InstructionBaseline;
+use situ_bench::gate::origin::Origin;
+use situ_bench::gate::verdict::Verdict;
 use situ_bench::synthetic::{Parameters, Planted};
-use situ_bench::{files, instructions};
 
 use inputs::{Divergence, Fitting, Regression, Scoring, Screening};
 
@@ -147,7 +150,7 @@ fn main() -> ExitCode {
     }
     let wanted = runner();
     let found = Command::new(RUNNER).arg("--version").output().map(|output| output.stdout).unwrap_or_default();
-    if !instructions::is_possible() || String::from_utf8_lossy(&found).trim() != wanted {
+    if !callgrind::is_possible() || String::from_utf8_lossy(&found).trim() != wanted {
         println!("Instructions were not counted: valgrind or {wanted} is not here.");
         return ExitCode::SUCCESS;
     }
@@ -179,7 +182,7 @@ fn gate(mut words: Vec<String>) -> Result<bool, BenchError> {
         return Err(BenchError::Argument(format!("`{MINT}`: expected no pattern: the baseline is of all benches")));
     }
     let origin = Origin::here();
-    let expected = (!mints).then(|| Expected::read(&baseline)).transpose()?;
+    let expected = (!mints).then(|| InstructionBaseline::read(&baseline)).transpose()?;
     let mut counts = BTreeMap::new();
     let mut is_sound = true;
     count(&words, &mut |bench, now| {
@@ -197,7 +200,7 @@ fn gate(mut words: Vec<String>) -> Result<bool, BenchError> {
     let slowed = counts.remove(SLOWDOWN.1);
     match counts.get(SLOWDOWN.0).zip(slowed) {
         Some((plain, slowed)) => {
-            let plain = Expected::new(origin.clone(), BTreeMap::from([(SLOWDOWN.0.to_owned(), *plain)]));
+            let plain = InstructionBaseline::new(origin.clone(), BTreeMap::from([(SLOWDOWN.0.to_owned(), *plain)]));
             let (verdict, why) = plain.judge(&origin, SLOWDOWN.0, slowed);
             println!("one more iteration of EM is {verdict}: {why}");
             is_sound &= verdict == Verdict::Regressed;
@@ -210,7 +213,7 @@ fn gate(mut words: Vec<String>) -> Result<bool, BenchError> {
         println!("{:<12} {bench}: in the baseline, and not counted", Verdict::Incomparable);
     }
     if mints {
-        files::write_all(&[(baseline, Expected::new(origin, counts).to_json())])?;
+        files::write_all(&[(baseline, InstructionBaseline::new(origin, counts).to_json())])?;
         println!("The baseline is {BASELINE}.");
     }
     Ok(is_sound)

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use situ::correction::{Correction as Corrected, Told};
+use situ::correction::{Correction, Told};
 use situ::demonstration::{Demonstration, Kind};
 use situ::edit::difference;
 use situ::method::{Learned, Method};
@@ -17,7 +17,7 @@ use crate::cost;
 use crate::error::BenchError;
 use crate::evaluation::{Evaluation, Until};
 use crate::lesson::Lesson;
-use crate::record::{Correction, Effort, Run};
+use crate::record::{CorrectionRecord, RunRecord, TeachingEffort};
 use crate::rollout::{Ended, Rollout, Watched, rollout};
 use crate::stop::{self, Stop};
 use crate::teaching::{ATTEMPTS, OriginalTask};
@@ -43,7 +43,7 @@ struct Failure {
 struct Shown {
     failure: Failure,
     demonstration: Demonstration,
-    effort: Effort,
+    effort: TeachingEffort,
 }
 
 impl<'a> Robot<'a> {
@@ -78,10 +78,10 @@ impl<'a> Robot<'a> {
 
     /// Folds a correction in; returns its record. Skills that the teacher named are no longer among those that `told` says to have
     /// changed.
-    fn correct(&mut self, shown: Shown, told: &mut Told) -> Result<Correction, BenchError> {
+    fn correct(&mut self, shown: Shown, told: &mut Told) -> Result<CorrectionRecord, BenchError> {
         let Shown { failure: Failure { trigger, last, interrupted, .. }, demonstration, effort } = shown;
         let before = self.model.graph();
-        let correction = Corrected { interrupted, told: Some(&*told), ..Corrected::after(last, &demonstration) };
+        let correction = Correction { interrupted, told: Some(&*told), ..Correction::after(last, &demonstration) };
         let (trace, update_seconds) = cost::timed(|| self.model.correct(correction));
         let trace = trace?;
         for name in demonstration.keyframes().iter().filter_map(|keyframe| keyframe.narration.as_ref()) {
@@ -89,7 +89,7 @@ impl<'a> Robot<'a> {
         }
         self.lesson.corrected(self.method, &before, last, interrupted, demonstration);
         let made = difference(&before, &self.model.graph());
-        Ok(Correction::new(trigger, stop::reference(&before, last), effort, &made, &trace, update_seconds))
+        Ok(CorrectionRecord::new(trigger, stop::reference(&before, last), effort, &made, &trace, update_seconds))
     }
 }
 
@@ -104,7 +104,7 @@ impl Conditions<'_> {
         robot: &mut Robot<'_>,
         setting: &Arc<Setting>,
         before: &Evaluation,
-        run: &mut Run,
+        run: &mut RunRecord,
     ) -> Result<Evaluation, BenchError> {
         let budget = self.protocol.budget.corrections;
         let mut last = before.clone();
@@ -122,7 +122,7 @@ impl Conditions<'_> {
             run.effort += shown.effort;
             let correction = robot.correct(shown, &mut told)?;
             last = self.evaluate(robot.model(), setting, round + 1, self.until(round, budget))?;
-            run.corrections.push(Correction { after: Some(last.rate), ..correction });
+            run.corrections.push(CorrectionRecord { after: Some(last.rate), ..correction });
         }
         Ok(last)
     }
@@ -161,7 +161,7 @@ impl Conditions<'_> {
                 let shown =
                     self.teacher.demonstrate(&name, Kind::Corrective, self.schema, &mut episode, seed, &mut |_| {})?;
                 if let (true, Some(demonstration)) = (shown.clean, shown.demonstration) {
-                    return Ok(Some(Shown { failure, demonstration, effort: Effort::from(&shown.effort) }));
+                    return Ok(Some(Shown { failure, demonstration, effort: TeachingEffort::from(&shown.effort) }));
                 }
             }
         }

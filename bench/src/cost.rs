@@ -10,7 +10,7 @@ use situ::random::stream;
 use situ::trace::Trace;
 
 use crate::error::BenchError;
-use crate::record::{Cost, count};
+use crate::record::{CostRecord, count};
 use crate::synthetic::{Automaton, Parameters};
 
 /// Runs `work`; returns what it returns, and the wall-clock seconds that it took.
@@ -68,7 +68,7 @@ impl Subject {
     ///
     /// # Errors
     /// Where the correction cannot be learned.
-    pub fn measure(&self, protocol: &str, series: &str, edit: Edit, correction: u32) -> Result<Cost, BenchError> {
+    pub fn measure(&self, protocol: &str, series: &str, edit: Edit, correction: u32) -> Result<CostRecord, BenchError> {
         let Parameters { nodes, originals, seed, .. } = *self.automaton.parameters();
         let place = if correction == 0 { seed } else { stream(seed, &format!("correction {correction}")) };
         let planted = self.automaton.plant(edit, place)?;
@@ -80,7 +80,7 @@ impl Subject {
         let (trace, update_seconds) =
             timed(|| corrected(&mut *learned, Correction::after(last, &planted.demonstration)));
         let trace = trace?;
-        Ok(Cost {
+        Ok(CostRecord {
             protocol: protocol.to_owned(),
             series: series.to_owned(),
             method: self.method.to_owned(),

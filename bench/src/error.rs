@@ -126,11 +126,13 @@ pub enum BenchError {
         /// What is wrong, with the key, and what was expected.
         problem: String,
     },
-    /// Records that are not those of the checked ledger.
-    #[error("{} records differ from the checked ledger, the first: {}", runs.len(), runs.first().map_or("", String::as_str))]
+    /// Records or tables that are not those of the checked folder.
+    #[error("{} {what} differ from the checked folder, the first: {}", names.len(), names.first().map_or("", String::as_str))]
     Differs {
-        /// The names of the records.
-        runs: Vec<String>,
+        /// `records` or `tables`.
+        what: &'static str,
+        /// The names of those that differ.
+        names: Vec<String>,
     },
     /// A file that is no baseline.
     #[error("{}:{line}: {problem}", path.display())]

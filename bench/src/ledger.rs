@@ -2,18 +2,19 @@
 //!
 //! A crash loses at most the line that was being written: such a torn last line is dropped with a warning, and any other
 //! line that is not a record is an error with file and line. The order of the lines is the order in which runs finished;
-//! [`canonical`] sorts them, and every table is made from the sorted records.
+//! [`Canonical`] sorts them, and every table is made of the sorted records.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File, OpenOptions};
 use std::io::{ErrorKind, Write};
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::error::BenchError;
-use crate::record::{Cost, Identity, Record, Run, SCHEMA};
+use crate::record::{CostRecord, Identity, Record, RunRecord, SCHEMA};
 
 /// What a ledger, or several, held.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -56,8 +57,8 @@ fn parse(line: &str) -> Result<Record, String> {
     let kind = fields.remove("kind");
     let fields = Value::Object(fields);
     match kind.as_ref().and_then(Value::as_str) {
-        Some("run") => typed::<Run>(fields).map(Record::Run),
-        Some("cost") => typed::<Cost>(fields).map(Record::Cost),
+        Some("run") => typed::<RunRecord>(fields).map(Record::Run),
+        Some("cost") => typed::<CostRecord>(fields).map(Record::Cost),
         _ => Err("key `kind`: expected \"run\" or \"cost\"".to_owned()),
     }
 }
@@ -99,16 +100,17 @@ pub fn read(path: &Path) -> Result<Contents, BenchError> {
     Ok(Contents { records, warnings })
 }
 
-/// Reads several ledgers as one: the shards of a protocol, say. A run that is in two of them counts once.
+/// Reads several ledgers as one: the shards of a protocol, say. A run that is in two of them counts once. Also returns the
+/// warnings.
 ///
 /// # Errors
 /// As [`read`]; [`BenchError::Conflict`] where two records of one run differ in more than their times.
-pub fn read_all(paths: &[PathBuf]) -> Result<Contents, BenchError> {
+pub fn read_all(paths: &[PathBuf]) -> Result<(Canonical, Vec<String>), BenchError> {
     let mut known: BTreeMap<Identity, (String, Record)> = BTreeMap::new();
-    let mut contents = Contents::default();
+    let mut warnings = Vec::new();
     for path in paths {
         let read = read(path)?;
-        contents.warnings.extend(read.warnings);
+        warnings.extend(read.warnings);
         for (index, record) in read.records.into_iter().enumerate() {
             let place = format!("{}:{}", path.display(), index + 1);
             let identity = record.identity();
@@ -118,21 +120,30 @@ pub fn read_all(paths: &[PathBuf]) -> Result<Contents, BenchError> {
                     return Err(BenchError::Conflict { first: first.clone(), second: place, run });
                 }
                 Some(_) => {}
-                None => {
-                    known.insert(identity, (place, record.clone()));
-                    contents.records.push(record);
-                }
+                None => drop(known.insert(identity, (place, record))),
             }
         }
     }
-    contents.records = canonical(contents.records);
-    Ok(contents)
+    Ok((Canonical(known.into_values().map(|(_, record)| record).collect()), warnings))
 }
 
-/// The records in canonical order: runs by their keys, then costs.
-pub fn canonical(mut records: Vec<Record>) -> Vec<Record> {
-    records.sort_by_cached_key(Record::identity);
-    records
+/// Records in canonical order: runs by their keys, then costs. Every table is made of these.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Canonical(Vec<Record>);
+
+impl From<Vec<Record>> for Canonical {
+    fn from(mut records: Vec<Record>) -> Self {
+        records.sort_by_cached_key(Record::identity);
+        Self(records)
+    }
+}
+
+impl Deref for Canonical {
+    type Target = [Record];
+
+    fn deref(&self) -> &[Record] {
+        &self.0
+    }
 }
 
 /// A ledger's text: a line a record, in the order given.
@@ -195,7 +206,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::tables::tests::sample;
+    use crate::sample;
 
     fn written(text: &[u8]) -> (tempfile::TempDir, PathBuf) {
         let folder = tempfile::tempdir().unwrap();
@@ -208,22 +219,22 @@ mod tests {
     fn what_is_appended_is_read_back() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("quick.jsonl");
-        for part in sample().chunks(5) {
+        for part in sample::records().chunks(5) {
             let (mut ledger, _) = Ledger::open(&path).unwrap();
             part.iter().for_each(|record| ledger.append(record).unwrap());
         }
         let contents = read(&path).unwrap();
-        assert_eq!(contents, Contents { records: sample(), warnings: Vec::new() });
-        assert_eq!(contents.done().len(), sample().len());
-        assert_eq!(fs::read_to_string(&path).unwrap(), text(&sample()));
-        assert!(text(&sample()).starts_with(r#"{"schema":1,"kind":"run","key":{"protocol":"quick","#));
+        assert_eq!(contents, Contents { records: sample::records(), warnings: Vec::new() });
+        assert_eq!(contents.done().len(), sample::records().len());
+        assert_eq!(fs::read_to_string(&path).unwrap(), text(&sample::records()));
+        assert!(text(&sample::records()).starts_with(r#"{"schema":1,"kind":"run","key":{"protocol":"quick","#));
     }
 
     #[test]
     fn a_number_that_is_not_finite_is_not_written() {
         let (_folder, path) = written(b"");
         let (mut ledger, _) = Ledger::open(&path).unwrap();
-        let Record::Cost(mut cost) = sample().pop().unwrap() else { panic!("the last record is a cost") };
+        let Record::Cost(mut cost) = sample::records().pop().unwrap() else { panic!("the last record is a cost") };
         cost.update_seconds = f64::NAN;
         let error = ledger.append(&Record::Cost(cost)).unwrap_err();
         assert!(error.to_string().contains("update_seconds"), "{error}");
@@ -236,30 +247,30 @@ mod tests {
         /// A write that stops anywhere costs its own line and no other; the ledger goes on from there.
         #[test]
         fn a_torn_last_line_is_dropped_with_a_warning(records in 1_usize..5, share in 0.0..1.0_f64) {
-            let whole = text(&sample()[..records]);
+            let whole = text(&sample::records()[..records]);
             let last = whole[..whole.len() - 1].rfind('\n').map_or(0, |at| at + 1);
             let cut = last + 1 + (share * (whole.len() - last - 2) as f64) as usize;
             let (_folder, path) = written(&whole.as_bytes()[..cut]);
             let complete = cut == whole.len() - 1;
             let kept = if complete { records } else { records - 1 };
             let contents = read(&path).unwrap();
-            prop_assert_eq!(&contents.records[..], &sample()[..kept]);
+            prop_assert_eq!(&contents.records[..], &sample::records()[..kept]);
             prop_assert_eq!(contents.warnings.len(), usize::from(!complete));
             if let Some(warning) = contents.warnings.first() {
                 prop_assert!(warning.starts_with(&format!("{}:{records}: ", path.display())), "{}", warning);
             }
             let (mut ledger, _) = Ledger::open(&path).unwrap();
-            ledger.append(&sample()[9]).unwrap();
+            ledger.append(&sample::records()[9]).unwrap();
             let again = read(&path).unwrap();
             prop_assert!(again.warnings.is_empty());
-            prop_assert_eq!(&again.records[..kept], &sample()[..kept]);
-            prop_assert_eq!(&again.records[kept..], &sample()[9..10]);
+            prop_assert_eq!(&again.records[..kept], &sample::records()[..kept]);
+            prop_assert_eq!(&again.records[kept..], &sample::records()[9..10]);
         }
     }
 
     #[test]
     fn any_other_bad_line_is_an_error_with_file_and_line() {
-        let good = text(&sample()[..1]);
+        let good = text(&sample::records()[..1]);
         let cases = [
             (good.replace("\"schema\":1", "\"schema\":2"), "version 1, found 2"),
             (good.replace("\"schema\":1,", ""), "`schema` is missing"),
@@ -286,15 +297,16 @@ mod tests {
 
     #[test]
     fn ledgers_of_one_run_agree_but_for_their_times() {
-        let mut other = sample();
+        let mut other = sample::records();
         for record in &mut other {
             if let Record::Cost(cost) = record {
                 cost.update_seconds *= 3.0;
             }
         }
-        let (_a, first) = written(text(&sample()).as_bytes());
+        let (_a, first) = written(text(&sample::records()).as_bytes());
         let (_b, second) = written(text(&other).as_bytes());
-        assert_eq!(read_all(&[first.clone(), second]).unwrap().records, canonical(sample()));
+        let (records, warnings) = read_all(&[first.clone(), second]).unwrap();
+        assert_eq!((records, warnings), (Canonical::from(sample::records()), Vec::new()));
         if let Record::Cost(cost) = &mut other[14] {
             cost.counters.hmm_fits += 1;
         }

@@ -9,7 +9,6 @@
 //! How to add a method, a task, a teacher or a table: [`extending`]; a task from nothing, step by step: [`tutorial`].
 
 pub mod archive;
-pub mod baseline;
 pub mod cmd;
 pub mod conditions;
 pub mod correction;
@@ -21,15 +20,17 @@ pub mod evaluation;
 pub mod extending {}
 pub mod files;
 pub mod gate;
-pub mod instructions;
 mod json_lines;
 pub mod ledger;
 pub mod lesson;
 pub mod pictures;
+pub mod plan;
 pub mod protocol;
 pub mod record;
 pub mod rollout;
 pub mod runner;
+#[cfg(test)]
+mod sample;
 pub mod session;
 pub mod stats;
 pub mod stop;

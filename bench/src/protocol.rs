@@ -76,9 +76,9 @@ pub struct Protocol {
     pub teachers: Vec<String>,
     /// Methods.
     pub methods: Vec<String>,
-    /// Those of them whose model is compared with the one that `rebuild` makes of the same demonstrations at once.
-    #[serde(default)]
-    pub joint: Vec<String>,
+    /// Those of them whose model is compared with the pooled one: what `rebuild` makes of the same demonstrations at once.
+    #[serde(default, rename = "joint")]
+    pub pooled: Vec<String>,
     /// Whether the families' sequences of variations are run, too.
     #[serde(default)]
     pub sequences: bool,

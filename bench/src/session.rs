@@ -10,7 +10,7 @@ use crate::conditions::Conditions;
 use crate::correction::Robot;
 use crate::error::BenchError;
 use crate::evaluation::{Evaluation, Until};
-use crate::record::{Effort, Joint, Key, Outcome, Rate, Run};
+use crate::record::{Key, Outcome, Pooled, Rate, RunRecord, TeachingEffort};
 use crate::teaching::OriginalTask;
 
 impl Conditions<'_> {
@@ -35,7 +35,7 @@ impl Conditions<'_> {
         method: &dyn Method,
         task: &OriginalTask,
         before: &Evaluation,
-    ) -> Result<Run, BenchError> {
+    ) -> Result<RunRecord, BenchError> {
         let mut run = begun(self.key(setting, method), task);
         if !method.edits().contains(&run.key.edit) {
             run.outcome = Outcome::NotApplicable;
@@ -53,8 +53,8 @@ impl Conditions<'_> {
                 let last = self.correct(&mut robot, setting, before, &mut run)?;
                 run.retained = Some(self.retained(robot.model(), task, !run.corrections.is_empty())?);
                 run.structure = robot.structure();
-                if !run.corrections.is_empty() && self.protocol.joint.iter().any(|name| name == method.name()) {
-                    run.joint = Some(self.joint(&robot, setting, task)?);
+                if !run.corrections.is_empty() && self.protocol.pooled.iter().any(|name| name == method.name()) {
+                    run.pooled = Some(self.pooled(&robot, setting, task)?);
                 }
                 last
             }
@@ -72,7 +72,7 @@ impl Conditions<'_> {
         settings: &[Arc<Setting>],
         method: &dyn Method,
         task: &OriginalTask,
-    ) -> Result<Vec<Run>, BenchError> {
+    ) -> Result<Vec<RunRecord>, BenchError> {
         if method.role() == Role::FromScratch {
             return Ok(Vec::new());
         }
@@ -124,18 +124,18 @@ impl Conditions<'_> {
 
     /// The same lesson learned at once by full retraining. Both models meet starts by which no correction was called for or left out, or
     /// the corrected one, which was corrected until it succeeded, would be favoured.
-    fn joint(&self, robot: &Robot<'_>, setting: &Arc<Setting>, task: &OriginalTask) -> Result<Joint, BenchError> {
+    fn pooled(&self, robot: &Robot<'_>, setting: &Arc<Setting>, task: &OriginalTask) -> Result<Pooled, BenchError> {
         let model = robot.lesson().taught_to(&*method::joint(), self.schema, self.learner_seed())?;
         let fresh = self.protocol.budget.corrections + 1;
-        Ok(Joint {
+        Ok(Pooled {
             separate: self.evaluate(robot.model(), setting, fresh, Until::Done)?.rate,
-            joint: self.evaluate(&*model, setting, fresh, Until::Done)?.rate,
+            pooled: self.evaluate(&*model, setting, fresh, Until::Done)?.rate,
             retained: self.retained(&*model, task, true)?,
             structure: robot.lesson().score(&model.graph()),
         })
     }
 
-    fn finish(&self, run: &mut Run, last: Evaluation) {
+    fn finish(&self, run: &mut RunRecord, last: Evaluation) {
         run.outcome = match () {
             () if last.spoilt => Outcome::Spoilt { why: "a rollout's physics was no longer sound".to_owned() },
             () if self.is_reached(&last) => Outcome::Reached,
@@ -147,20 +147,20 @@ impl Conditions<'_> {
 }
 
 /// A run of which nothing is known but what teaching the original task took.
-fn begun(key: Key, task: &OriginalTask) -> Run {
-    Run {
+fn begun(key: Key, task: &OriginalTask) -> RunRecord {
+    RunRecord {
         key,
         outcome: Outcome::Untaught,
         original: task.effort,
         before: None,
         after: None,
-        effort: Effort::default(),
+        effort: TeachingEffort::default(),
         corrections: Vec::new(),
         ended: BTreeMap::new(),
         original_rate: Some(task.rate),
         retained: None,
         structure: None,
-        joint: None,
+        pooled: None,
         earlier: BTreeMap::new(),
     }
 }

@@ -10,7 +10,7 @@ use crate::conditions::Conditions;
 use crate::demonstration_file::Before;
 use crate::error::BenchError;
 use crate::evaluation::{Evaluation, Until};
-use crate::record::{Effort, Rate};
+use crate::record::{Rate, TeachingEffort};
 
 /// Attempts at a demonstration before the teacher gives up. A novice fails about one in five, so all of them fail once in hundreds.
 pub(crate) const ATTEMPTS: u32 = 4;
@@ -21,7 +21,7 @@ pub struct OriginalTask {
     pub(crate) setting: Arc<Setting>,
     pub(crate) demonstrations: Vec<Demonstration>,
     /// What teaching it took.
-    pub(crate) effort: Effort,
+    pub(crate) effort: TeachingEffort,
     /// Success of the model that it led to.
     pub(crate) rate: Rate,
     /// The round of the evaluation that gave the rate.
@@ -39,7 +39,7 @@ impl Conditions<'_> {
         let mut task = OriginalTask {
             setting: Arc::clone(original),
             demonstrations: Vec::new(),
-            effort: Effort::default(),
+            effort: TeachingEffort::default(),
             rate: Rate::default(),
             round: 0,
             reached: false,
@@ -82,7 +82,7 @@ impl Conditions<'_> {
         &self,
         setting: &Arc<Setting>,
         method: &dyn Method,
-        spent: &mut Effort,
+        spent: &mut TeachingEffort,
     ) -> Result<Evaluation, BenchError> {
         let budget = self.protocol.budget.from_scratch;
         let mut demonstrations = Vec::new();
@@ -116,7 +116,11 @@ impl Conditions<'_> {
     }
 
     /// One whole demonstration of the setting. An attempt that fails is repeated from another start. `None` where the teacher gives up.
-    fn demonstrate(&self, setting: &Arc<Setting>, index: u32) -> Result<Option<(Demonstration, Effort)>, BenchError> {
+    fn demonstrate(
+        &self,
+        setting: &Arc<Setting>,
+        index: u32,
+    ) -> Result<Option<(Demonstration, TeachingEffort)>, BenchError> {
         for attempt in 0..ATTEMPTS {
             self.check_interrupt()?;
             let mut episode = Episode::start(setting, self.stream(setting, "teach", &[index, attempt]))?;
@@ -129,7 +133,7 @@ impl Conditions<'_> {
                     let path = format!("{}/full-{index}", self.folder(setting));
                     archive.write(&path, &demonstration, self.schema, &Before::default())?;
                 }
-                return Ok(Some((demonstration, Effort::from(&shown.effort))));
+                return Ok(Some((demonstration, TeachingEffort::from(&shown.effort))));
             }
         }
         Ok(None)

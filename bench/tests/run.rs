@@ -9,10 +9,11 @@ use std::sync::atomic::AtomicBool;
 
 use situ::edit::Edit;
 use situ_bench::error::BenchError;
-use situ_bench::ledger::{self, Ledger};
+use situ_bench::ledger::{self, Canonical, Ledger};
+use situ_bench::plan::{Filter, Plan};
 use situ_bench::protocol::Protocol;
-use situ_bench::record::{Outcome, Record};
-use situ_bench::runner::{Filter, Plan, Progress};
+use situ_bench::record::{Identity, Outcome, Record};
+use situ_bench::runner::{Progress, Runner};
 use situ_tasks::Registry;
 use situ_teachers::Roster;
 
@@ -58,13 +59,22 @@ fn bump() -> Plan {
     plan(&Filter { variations: vec!["bump".to_owned()], ..Filter::default() }, &Roster::builtin().unwrap())
 }
 
+fn runner<'a>(
+    plan: &'a Plan,
+    ledger: &'a Mutex<Ledger>,
+    done: &'a BTreeSet<Identity>,
+    interrupted: &'a AtomicBool,
+) -> Runner<'a> {
+    Runner { plan, ledger, done, interrupted, archive: None, progress: &Silent }
+}
+
 /// The canonical ledger, without its times, of a run on so many threads.
 fn run(plan: &Plan, path: &Path, threads: usize) -> Result<Vec<Record>, BenchError> {
     let (ledger, contents) = Ledger::open(path)?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let stop = AtomicBool::new(false);
-    pool.install(|| plan.run(&Mutex::new(ledger), &contents.done(), &stop, None, &Silent))?;
-    let records = ledger::canonical(ledger::read(path)?.records);
+    pool.install(|| runner(plan, &Mutex::new(ledger), &contents.done(), &stop).run())?;
+    let records = Canonical::from(ledger::read(path)?.records);
     Ok(records.iter().map(Record::without_times).collect())
 }
 
@@ -85,12 +95,12 @@ fn one_thread_and_two_write_the_same_records() {
     assert_eq!(of("situ").corrections.len(), 1);
     assert_eq!(of("situ").outcome, Outcome::Reached);
     // One correction that adds an edge: learned at once, the model has as many nodes and edges, and succeeds as well.
-    let joint = of("situ").joint.as_ref().unwrap();
-    assert_eq!((joint.separate.successes, joint.joint.successes, joint.retained.rollouts), (2, 2, 2));
-    assert_eq!((joint.structure, of("rebuild").structure), (of("situ").structure, of("situ").structure));
-    let structure = joint.structure.unwrap();
+    let pooled = of("situ").pooled.as_ref().unwrap();
+    assert_eq!((pooled.separate.successes, pooled.pooled.successes, pooled.retained.rollouts), (2, 2, 2));
+    assert_eq!((pooled.structure, of("rebuild").structure), (of("situ").structure, of("situ").structure));
+    let structure = pooled.structure.unwrap();
     assert!(structure.duplicates == 0 && structure.pairs.both > 0 && structure.transitions.both > 0, "{structure:?}");
-    assert_eq!((&of("rebuild").joint, &of("no_update").structure), (&None, &None));
+    assert_eq!((&of("rebuild").pooled, &of("no_update").structure), (&None, &None));
 }
 
 /// What a method does must not depend on whom it is run beside: not even where its model of the original task is its own. What it cannot do is
@@ -196,7 +206,7 @@ fn an_interrupt_leaves_a_good_ledger() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("ledger.jsonl");
     let (ledger, _) = Ledger::open(&path).unwrap();
-    let result = bump().run(&Mutex::new(ledger), &BTreeSet::new(), &AtomicBool::new(true), None, &Silent);
+    let result = runner(&bump(), &Mutex::new(ledger), &BTreeSet::new(), &AtomicBool::new(true)).run();
     assert!(matches!(result, Err(BenchError::Interrupted)));
     assert_eq!(ledger::read(&path).unwrap().records, []);
 }

@@ -11,7 +11,7 @@ use situ::edit::Edit;
 use situ::method;
 use situ_bench::cost::Subject;
 use situ_bench::ledger::Ledger;
-use situ_bench::record::{Cost, Record};
+use situ_bench::record::{CostRecord, Record};
 use situ_bench::stats::power_law;
 use situ_bench::synthetic::Parameters;
 
@@ -21,7 +21,7 @@ const SEEDS: u64 = 3;
 /// The design's bound on the log–log slope of an update's work over |T| at fixed |Z|.
 const LOCAL: f64 = 0.05;
 
-fn costs(name: &str) -> Vec<Cost> {
+fn costs(name: &str) -> Vec<CostRecord> {
     let method = method::named(name).unwrap();
     let mut costs = Vec::new();
     for nodes in SIZES {
@@ -36,7 +36,7 @@ fn costs(name: &str) -> Vec<Cost> {
 #[test]
 fn the_work_of_an_update_does_not_grow_with_the_task_model() {
     let situ = costs("situ");
-    let work = |costs: &[Cost], edit: Edit, of: &dyn Fn(&Cost) -> u64| {
+    let work = |costs: &[CostRecord], edit: Edit, of: &dyn Fn(&CostRecord) -> u64| {
         let points: Vec<(f64, f64)> = costs
             .iter()
             .filter(|cost| cost.edit == edit)

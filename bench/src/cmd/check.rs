@@ -126,11 +126,7 @@ impl Check {
         for report in &reports {
             table.add_row(report.row());
         }
-        let all = reports.iter().map(|report| report.rate(|trial| trial.competent.succeeded()));
-        let all = all.fold(Rate::default(), |mut sum, rate| {
-            sum += rate;
-            sum
-        });
+        let all: Rate = reports.iter().map(|report| report.rate(|trial| trial.competent.succeeded())).sum();
         let mut text =
             self.write(&table, &format!("The competent script, over all settings: {}.\n", with_interval(all)))?;
         let findings: Vec<String> = reports.iter().flat_map(Report::findings).collect();
@@ -215,10 +211,7 @@ impl Report {
 
     /// In how many trials something is so.
     fn rate(&self, is_so: impl Fn(&Trial) -> bool) -> Rate {
-        self.tried().fold(Rate::default(), |mut sum, (_, trial)| {
-            sum += Rate { successes: u32::from(is_so(trial)), rollouts: 1 };
-            sum
-        })
+        self.tried().map(|(_, trial)| Rate::from(is_so(trial))).sum()
     }
 
     fn mean(&self, value: impl Fn(&Trial) -> f64) -> f64 {

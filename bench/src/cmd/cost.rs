@@ -9,15 +9,17 @@ use comfy_table::{Table, presets::ASCII_MARKDOWN};
 use situ::edit::Edit;
 use situ::method;
 
-use crate::baseline::{Baseline, Judged, Origin, Row, Verdict};
 use crate::cmd::run::Run;
 use crate::cost::Subject;
 use crate::error::BenchError;
 use crate::files;
-use crate::instructions;
+use crate::gate::callgrind;
+use crate::gate::origin::Origin;
+use crate::gate::verdict::Verdict;
+use crate::gate::work::{Judged, MeasuredUpdate, WorkBaseline};
 use crate::protocol::Protocol;
-use crate::record::{Cost as Measured, Record};
-use crate::tables::Kind;
+use crate::record::{CostRecord, Record};
+use crate::tables;
 
 /// Runs the update-cost suite on synthetic automata and prints T4; compares its exact work with the baseline.
 #[derive(Args, Clone, Debug)]
@@ -84,16 +86,17 @@ impl Cost {
             one_automaton(&protocol, one)?;
             return Ok(Costed { text: String::new(), is_sound: true });
         }
-        let baseline = self.check.then(|| Baseline::read(&self.baseline)).transpose()?;
+        let baseline = self.check.then(|| WorkBaseline::read(&self.baseline)).transpose()?;
         let protocol = Protocol { tasks: Vec::new(), ..protocol };
         let run = Run { protocol: self.protocol.clone(), out: self.out.clone(), seed: 1, ..Run::default() };
-        let (records, mut printed) = run.records(&protocol, &[Kind::Cost])?;
-        let costs = records.into_iter().filter_map(|record| match record {
-            Record::Cost(cost) => Some(Row { cost, instructions: None }),
+        let published = run.publish(&protocol, &[tables::COST])?;
+        let mut printed = published.printed;
+        let costs = published.records.iter().filter_map(|record| match record {
+            Record::Cost(cost) => Some(MeasuredUpdate { cost: cost.clone(), instructions: None }),
             Record::Run(_) => None,
         });
-        let mut rows: Vec<Row> = costs.collect();
-        let counts = !self.without_instructions && instructions::is_possible();
+        let mut rows: Vec<MeasuredUpdate> = costs.collect();
+        let counts = !self.without_instructions && callgrind::is_possible();
         if counts {
             self.count_instructions(&mut rows)?;
             printed.push_str(&instruction_table(&rows));
@@ -107,29 +110,32 @@ impl Cost {
             is_sound = judged.iter().all(|judged| judged.verdict != Verdict::Regressed);
         }
         if self.mint {
-            let baseline = Baseline::new(Origin::here(), &protocol, rows);
+            let baseline = WorkBaseline::new(Origin::here(), &protocol, rows);
             files::write_all(&[(self.baseline.clone(), baseline.to_json())])?;
             printed.push_str(&format!("The baseline is {}.\n", self.baseline.display()));
         }
         Ok(Costed { text: printed, is_sound })
     }
 
-    fn count_instructions(&self, rows: &mut [Row]) -> Result<(), BenchError> {
+    fn count_instructions(&self, rows: &mut [MeasuredUpdate]) -> Result<(), BenchError> {
         let program = env::current_exe().map_err(|source| BenchError::Valgrind { problem: source.to_string() })?;
-        let automaton = |cost: &Measured| (cost.series.clone(), cost.method.clone(), cost.nodes, cost.originals);
+        let automaton = |cost: &CostRecord| (cost.series.clone(), cost.method.clone(), cost.nodes, cost.originals);
         let mut first: BTreeMap<_, u64> = BTreeMap::new();
-        for Row { cost, .. } in rows.iter().filter(|row| row.cost.nodes * row.cost.originals <= MOST_SEGMENTS) {
+        for MeasuredUpdate { cost, .. } in
+            rows.iter().filter(|row| row.cost.nodes * row.cost.originals <= MOST_SEGMENTS)
+        {
             let seed = first.entry(automaton(cost)).or_insert(cost.seed);
             *seed = cost.seed.min(*seed);
         }
         for ((series, method, nodes, originals), seed) in first {
             let words = [series.clone(), method.clone(), nodes.to_string(), originals.to_string(), seed.to_string()];
             let arguments = ["cost", "--protocol", &self.protocol, "--one"].map(str::to_owned);
-            let counts = instructions::count(&program, &[&arguments[..], &words].concat())?;
+            let counts = callgrind::count(&program, &[&arguments[..], &words].concat())?;
             for (edit, count) in Edit::ALL.into_iter().zip(counts) {
                 let name = (series.clone(), method.clone(), nodes, originals);
-                let is_it =
-                    |row: &&mut Row| automaton(&row.cost) == name && row.cost.seed == seed && row.cost.edit == edit;
+                let is_it = |row: &&mut MeasuredUpdate| {
+                    automaton(&row.cost) == name && row.cost.seed == seed && row.cost.edit == edit
+                };
                 rows.iter_mut().filter(is_it).for_each(|row| row.instructions = Some(count));
             }
         }
@@ -154,13 +160,13 @@ fn one_automaton(protocol: &Protocol, words: &[String]) -> Result<(), BenchError
     Edit::ALL.into_iter().try_for_each(|edit| subject.measure(&protocol.name, series, edit, 0).map(|_| ()))
 }
 
-fn instruction_table(rows: &[Row]) -> String {
+fn instruction_table(rows: &[MeasuredUpdate]) -> String {
     let mut table = Table::new();
     table.load_style(ASCII_MARKDOWN);
     table.set_header(["series", "method", "edit planted", "nodes", "originals", "instructions"]);
-    for Row { cost, instructions } in rows {
+    for MeasuredUpdate { cost, instructions } in rows {
         if let Some(instructions) = instructions {
-            let Measured { series, method, edit, nodes, originals, .. } = cost;
+            let CostRecord { series, method, edit, nodes, originals, .. } = cost;
             let words = [series.clone(), method.clone(), edit.to_string()];
             table.add_row(
                 words.into_iter().chain([nodes, originals].map(u32::to_string)).chain([instructions.to_string()]),

@@ -84,8 +84,8 @@ pub struct Corrected {
     pub trace: Trace,
 }
 
-/// A task model learned from files.
-pub struct Lesson {
+/// What was learned from files.
+pub struct Learning {
     /// The model.
     pub learned: Box<dyn Learned>,
     /// The corrections in order.
@@ -101,7 +101,7 @@ pub fn learn(
     originals: &[DemonstrationFile],
     corrections: &[DemonstrationFile],
     seed: u64,
-) -> Result<Lesson, BenchError> {
+) -> Result<Learning, BenchError> {
     for (files, kind, word) in [(originals, Kind::Original, "original"), (corrections, Kind::Corrective, "corrective")]
     {
         if let Some(file) = files.iter().find(|file| file.demonstration.kind() != kind) {
@@ -131,7 +131,7 @@ pub fn learn(
         corrected.push(Corrected { name: file.demonstration.name().to_string(), difference, trace });
         before = after;
     }
-    Ok(Lesson { learned, corrections: corrected })
+    Ok(Learning { learned, corrections: corrected })
 }
 
 impl Learn {
@@ -177,7 +177,7 @@ impl Learn {
         words.join(" ")
     }
 
-    fn model(&self, lesson: &Lesson) -> String {
+    fn model(&self, lesson: &Learning) -> String {
         let model = serde_json::json!({
             "made_by": self.command(),
             "method": self.method,
@@ -199,7 +199,7 @@ pub fn named(name: &str) -> Result<Box<dyn Method>, BenchError> {
     })
 }
 
-fn report(method: &dyn Method, lesson: &Lesson) -> String {
+fn report(method: &dyn Method, lesson: &Learning) -> String {
     let graph = lesson.learned.graph();
     let mut text = format!("method {}: {}\n", method.name(), method.summary());
     let _ = writeln!(text, "nodes {}", graph.nodes.len());

@@ -10,7 +10,7 @@ use situ_teachers::Profile;
 use crate::cmd::library::Library;
 use crate::error::BenchError;
 use crate::protocol::Protocol;
-use crate::tables::Kind;
+use crate::tables;
 
 /// Lists what there is to choose from.
 #[derive(Args, Clone, Debug)]
@@ -139,6 +139,6 @@ fn protocols() -> Result<String, BenchError> {
 }
 
 fn tables() -> String {
-    let row = |kind: &Kind| [kind.name(), kind.question()].map(str::to_owned).to_vec();
-    aligned("tables", &Kind::ALL.iter().map(row).collect::<Vec<_>>())
+    let rows = tables::ALL.iter().map(|table| [table.name, table.question].map(str::to_owned).to_vec());
+    aligned("tables", &rows.collect::<Vec<_>>())
 }

@@ -1,6 +1,6 @@
 //! `run`: the runs of a protocol, and their tables.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -13,11 +13,11 @@ use crate::cmd::library::{Carrier, Library};
 use crate::cmd::terminal;
 use crate::error::BenchError;
 use crate::files;
-use crate::ledger::{self, Ledger};
+use crate::ledger::{self, Canonical, Ledger};
+use crate::plan::{Filter, Plan};
 use crate::protocol::Protocol;
-use crate::record::Record;
-use crate::runner::{Filter, Plan, Progress};
-use crate::tables::Kind;
+use crate::runner::{Progress, Runner};
+use crate::tables::{self, Publication};
 
 /// Runs a protocol: teaches tasks, changes them, corrects the models, and compares the methods.
 #[derive(Args, Clone, Debug, Default)]
@@ -67,7 +67,7 @@ pub struct Run {
     /// Also writes every demonstration, in the format of `learn`, below DIR/demonstrations.
     #[arg(long)]
     pub demonstrations: bool,
-    /// Compares the records with the ledger in this folder, all but the times; exit status 1 where they differ.
+    /// Compares the records and the tables with those in this folder, all but the times. Exit status 1 where they differ.
     #[arg(long, value_name = "DIR")]
     pub check: Option<PathBuf>,
     /// Tasks and teachers of one's own; without the arm the protocol is called `NAME-hand`.
@@ -79,6 +79,15 @@ pub struct Run {
 const LEDGER: &str = "ledger.jsonl";
 /// The protocol's name in the folder.
 const PROTOCOL: &str = "protocol.toml";
+
+/// What a run of a protocol made.
+pub(super) struct Published {
+    pub(super) records: Canonical,
+    /// The files of the tables, each with its name.
+    tables: Vec<(String, String)>,
+    /// What is to be printed: the tables' Markdown.
+    pub(super) printed: String,
+}
 
 struct Bar(ProgressBar);
 
@@ -101,19 +110,38 @@ impl Run {
         let protocol = Protocol::find(&self.protocol)?;
         let protocol = if self.library.plant == Carrier::Hand { protocol.without_arm() } else { protocol };
         let expected = self.check.as_ref().map(|folder| ledger::read(&folder.join(LEDGER))).transpose()?;
-        let (records, mut printed) = self.records(&protocol, &Kind::ALL)?;
-        if let Some(expected) = expected {
-            compare(&records, &ledger::canonical(expected.records))?;
-            printed.push_str("The records are those of the checked ledger, all but the times.\n");
+        let mut published = self.publish(&protocol, &tables::ALL)?;
+        if let (Some(folder), Some(expected)) = (&self.check, expected) {
+            compare_records(&published.records, &Canonical::from(expected.records))?;
+            compare_tables(&published.tables, folder)?;
+            published
+                .printed
+                .push_str("The records and the tables are those of the checked folder, all but the times.\n");
         }
-        Ok(printed)
+        Ok(published.printed)
     }
 
-    /// The records of the runs of a protocol, in canonical order, and the tables of these kinds to be printed; everything is written.
+    /// Does the runs of a protocol; writes the ledger and these tables.
     ///
     /// # Errors
     /// Bad names and files; [`BenchError::Interrupted`].
-    pub(super) fn records(&self, protocol: &Protocol, kinds: &[Kind]) -> Result<(Vec<Record>, String), BenchError> {
+    pub(super) fn publish(&self, protocol: &Protocol, tables: &[&Publication]) -> Result<Published, BenchError> {
+        let folder = self.out.clone().unwrap_or_else(|| Path::new("runs").join(&protocol.name));
+        let path = self.ledger(protocol, &folder)?;
+        let records = Canonical::from(ledger::read(&path)?.records);
+        let command = Path::new(&protocol.name).join(LEDGER);
+        let tables: Vec<(String, String)> =
+            tables.iter().flat_map(|table| table.files(&records, &command.display().to_string())).collect();
+        let markdown = tables.iter().filter(|(name, _)| name.ends_with(".md"));
+        let printed = markdown.map(|(_, text)| format!("{text}\n")).collect();
+        let mut outputs = vec![(path, ledger::text(&records))];
+        outputs.extend(tables.iter().map(|(name, text)| (folder.join(name), text.clone())));
+        files::write_all(&outputs)?;
+        Ok(Published { records, tables, printed })
+    }
+
+    /// Does the runs of a protocol; returns the path of their ledger.
+    fn ledger(&self, protocol: &Protocol, folder: &Path) -> Result<PathBuf, BenchError> {
         let filter = Filter {
             tasks: self.task.clone(),
             variations: self.variation.clone(),
@@ -122,35 +150,24 @@ impl Run {
             teachers: self.teacher.clone(),
         };
         let plan = Plan::new(protocol.clone(), &filter, &self.library.registry()?, &self.library.roster()?, self.seed)?;
-        let folder = self.out.clone().unwrap_or_else(|| Path::new("runs").join(&protocol.name));
-        let path = self.prepare(&folder, protocol)?;
+        let path = self.prepare(folder, protocol)?;
         let (ledger, contents) = Ledger::open(&path)?;
         contents.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
-        let done: BTreeSet<_> = contents.done();
-
         let interrupted = terminal::interrupt_flag();
         let bar = Bar(ProgressBar::new(plan.len() as u64).with_style(terminal::progress_style()));
         let archive = self.demonstrations.then(|| Archive::new(folder.join("demonstrations")));
-        let result = terminal::threads(self.jobs)?
-            .install(|| plan.run(&Mutex::new(ledger), &done, &interrupted, archive.as_ref(), &bar));
+        let runner = Runner {
+            plan: &plan,
+            ledger: &Mutex::new(ledger),
+            done: &contents.done(),
+            interrupted: &interrupted,
+            archive: archive.as_ref(),
+            progress: &bar,
+        };
+        let result = terminal::threads(self.jobs)?.install(|| runner.run());
         bar.0.finish_and_clear();
         result?;
-
-        let records = ledger::canonical(ledger::read(&path)?.records);
-        let mut outputs = vec![(path.clone(), ledger::text(&records))];
-        let command = format!("situ-bench tables {} --table", Path::new(&protocol.name).join(LEDGER).display());
-        let mut printed = String::new();
-        for kind in kinds {
-            let tables = kind.tables(&records);
-            let markdown: Vec<String> =
-                tables.iter().map(|table| table.to_markdown(&format!("{command} {}", kind.name()))).collect();
-            printed.push_str(&markdown.join("\n"));
-            printed.push('\n');
-            outputs.push((folder.join(format!("{}.md", kind.name())), markdown.join("\n")));
-            outputs.extend(tables.iter().map(|table| (folder.join(format!("{}.csv", table.id())), table.to_csv())));
-        }
-        files::write_all(&outputs)?;
-        Ok((records, printed))
+        Ok(path)
     }
 
     /// Makes the folder ready; returns the ledger's path.
@@ -184,14 +201,29 @@ impl Run {
 }
 
 /// Compares records, all but their times.
-fn compare(records: &[Record], expected: &[Record]) -> Result<(), BenchError> {
-    let index = |records: &[Record]| {
-        let render = |record: &Record| (record.identity(), ledger::text(&[record.without_times()]));
-        records.iter().map(render).collect::<std::collections::BTreeMap<_, _>>()
+fn compare_records(records: &Canonical, expected: &Canonical) -> Result<(), BenchError> {
+    let by_name = |records: &Canonical| -> BTreeMap<_, _> {
+        records.iter().map(|record| (record.identity(), ledger::text(&[record.without_times()]))).collect()
     };
-    let (records, expected) = (index(records), index(expected));
+    let (records, expected) = (by_name(records), by_name(expected));
     let names: BTreeSet<_> = records.keys().chain(expected.keys()).collect();
-    let differing: Vec<String> =
-        names.into_iter().filter(|name| records.get(name) != expected.get(name)).map(ToString::to_string).collect();
-    if differing.is_empty() { Ok(()) } else { Err(BenchError::Differs { runs: differing }) }
+    let differing = names.into_iter().filter(|name| records.get(name) != expected.get(name));
+    refuse("records", differing.map(ToString::to_string).collect())
+}
+
+/// Compares tables with those of a folder, all but their times.
+fn compare_tables(tables: &[(String, String)], folder: &Path) -> Result<(), BenchError> {
+    let mut differing = Vec::new();
+    for (name, text) in tables {
+        let path = folder.join(name);
+        let expected = fs::read_to_string(&path).map_err(|source| BenchError::Read { path, source })?;
+        if tables::differs(name, text, &expected) {
+            differing.push(name.clone());
+        }
+    }
+    refuse("tables", differing)
+}
+
+fn refuse(what: &'static str, differing: Vec<String>) -> Result<(), BenchError> {
+    if differing.is_empty() { Ok(()) } else { Err(BenchError::Differs { what, names: differing }) }
 }

@@ -3,12 +3,13 @@
 use std::fs;
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 
 use crate::error::BenchError;
 use crate::files;
-use crate::ledger::{self, Contents};
-use crate::tables::Kind;
+use crate::ledger;
+use crate::tables::{ALL, Publication};
 
 /// Makes the tables of ledgers: to standard output, or into a folder.
 #[derive(Args, Clone, Debug)]
@@ -28,41 +29,18 @@ pub struct Tables {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// The tables to make; all where none is named.
-    #[arg(long, value_enum)]
-    pub table: Vec<TableName>,
+    #[arg(long, value_parser = published())]
+    pub table: Vec<&'static Publication>,
     /// The format; without it Markdown is printed, and a folder gets both.
     #[arg(long, value_enum)]
     pub format: Option<Format>,
 }
 
-/// A table's name on the command line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum TableName {
-    /// What corrections take, against teaching from scratch.
-    T1,
-    /// Successive corrections, against all demonstrations at once.
-    T2,
-    /// Which edit was needed, and which was made; how far the structure is what the teacher meant.
-    T3,
-    /// What an update costs.
-    T4,
-    /// What a corrected model still does.
-    T5,
-    /// Every method beside every edit.
-    Methods,
-}
-
-impl From<TableName> for Kind {
-    fn from(name: TableName) -> Self {
-        match name {
-            TableName::T1 => Self::Effort,
-            TableName::T2 => Self::Separate,
-            TableName::T3 => Self::Edits,
-            TableName::T4 => Self::Cost,
-            TableName::T5 => Self::Retention,
-            TableName::Methods => Self::Methods,
-        }
-    }
+/// A table by its name on the command line.
+fn published() -> impl TypedValueParser<Value = &'static Publication> {
+    let value = |table: &&'static Publication| PossibleValue::new(table.name).help(table.question);
+    PossibleValuesParser::new(ALL.iter().map(value))
+        .try_map(|name| ALL.into_iter().find(|table| table.name == name).ok_or("no such table"))
 }
 
 /// A way to write a table.
@@ -74,9 +52,19 @@ pub enum Format {
     Csv,
 }
 
+impl Format {
+    /// How the names of its files end.
+    const fn ending(self) -> &'static str {
+        match self {
+            Self::Md => ".md",
+            Self::Csv => ".csv",
+        }
+    }
+}
+
 /// What is to be printed.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Printed {
+pub struct PrintedTables {
     /// To standard output.
     pub text: String,
     /// To standard error.
@@ -88,37 +76,24 @@ impl Tables {
     ///
     /// # Errors
     /// As [`ledger::read_all`]; [`BenchError::Write`].
-    pub fn run(&self) -> Result<Printed, BenchError> {
-        let Contents { records, warnings } = ledger::read_all(&self.ledgers)?;
+    pub fn run(&self) -> Result<PrintedTables, BenchError> {
+        let (records, warnings) = ledger::read_all(&self.ledgers)?;
         let ledgers: Vec<String> = self.ledgers.iter().map(|path| path.display().to_string()).collect();
-        let mut kinds: Vec<Kind> = self.table.iter().copied().map(Kind::from).collect();
-        if kinds.is_empty() {
-            kinds = Kind::ALL.to_vec();
-        }
-        kinds.sort_unstable();
-        kinds.dedup();
-        let mut written: Vec<(String, String)> = Vec::new();
-        for kind in kinds {
-            let tables = kind.tables(&records);
-            let command = format!("situ-bench tables {} --table {}", ledgers.join(" "), kind.name());
-            if self.format != Some(Format::Csv) {
-                let sections: Vec<String> = tables.iter().map(|table| table.to_markdown(&command)).collect();
-                written.push((format!("{}.md", kind.name()), sections.join("\n")));
-            }
-            let csv = self.format.map_or(self.out.is_some(), |format| format == Format::Csv);
-            if csv {
-                written.extend(tables.iter().map(|table| (format!("{}.csv", table.id()), table.to_csv())));
-            }
-        }
+        let format = self.format.or(self.out.is_none().then_some(Format::Md));
+        let is_wanted =
+            |table: &Publication| self.table.is_empty() || self.table.iter().any(|wanted| wanted.name == table.name);
+        let files =
+            ALL.iter().filter(|table| is_wanted(table)).flat_map(|table| table.files(&records, &ledgers.join(" ")));
+        let files: Vec<(String, String)> =
+            files.filter(|(name, _)| format.is_none_or(|format| name.ends_with(format.ending()))).collect();
         let Some(folder) = &self.out else {
-            let text = written.into_iter().map(|(_, text)| text).collect::<Vec<_>>().join("\n");
-            return Ok(Printed { text, warnings });
+            let text = files.into_iter().map(|(_, text)| text).collect::<Vec<_>>().join("\n");
+            return Ok(PrintedTables { text, warnings });
         };
         fs::create_dir_all(folder).map_err(|source| BenchError::Write { path: folder.clone(), source })?;
-        let outputs: Vec<(PathBuf, String)> =
-            written.into_iter().map(|(name, text)| (folder.join(name), text)).collect();
+        let outputs: Vec<(PathBuf, String)> = files.into_iter().map(|(name, text)| (folder.join(name), text)).collect();
         files::write_all(&outputs)?;
         let text = outputs.iter().map(|(path, _)| format!("{}\n", path.display())).collect();
-        Ok(Printed { text, warnings })
+        Ok(PrintedTables { text, warnings })
     }
 }

@@ -1,22 +1,52 @@
-//! T3: which edit was needed, and which was made, the confusion matrix of each method, a row an edit needed; and how far the structure it
-//! led to is what the teacher meant.
-
-use std::collections::BTreeMap;
+//! T3: which edit was needed and which was made, the confusion matrix of each method with one row for each edit needed; and how far
+//! the structure that it led to is what the teacher meant.
 
 use situ::edit::Edit;
 use situ::method::Role;
 use situ::structure::Structure;
 
-use super::{Cell, Column, MethodName, Methods, Shape, Table, column, mean, seed, share};
-use crate::record::{Record, Run};
+use super::cell::{mean, seed, share};
+use super::column::{Columns, Shape};
+use super::method_name::{MethodName, Methods};
+use super::publication::Publication;
+use super::row::{self, rows};
+use super::table::{Table, Title};
+use crate::ledger::Canonical;
+use crate::record::{Record, RunRecord};
 
-const NOTE: &str = "A row is a method and the edit that the variation needs, over all tasks, teachers and seeds whose run counts. \
+/// The publication.
+pub(super) const T3: Publication = Publication {
+    name: "t3",
+    question: "Which edit did the task need, which did the method make, and is the structure what the teacher meant?",
+    tables: |records| vec![table(records)],
+};
+
+const TITLE: Title = Title {
+    id: "t3",
+    text: "T3 edits: needed and made",
+    note: "A row is a method and the edit that the variation needs, over all tasks, teachers and seeds whose run counts. \
 `first` counts the edit that the first correction of each run made, `all` that of every correction; `right` is the share in \
 which it was the edit needed, with the Wilson 95 % interval. Runs that reached the target without a correction are counted apart. \
 Teaching from scratch edits nothing and has no row. Node F1 is over pairs of keyframes, which belong together where the teacher calls both the same; \
 edge F1 is over transitions from skill to skill; duplicates are nodes that hold a skill which another node holds as well. \
 1 is beyond a method that cuts where the object changes and sees one skill where two cubes go into one bin: the best of those is `oracle_edit`. Means over runs with 95 % \
-bootstrap intervals.";
+bootstrap intervals.",
+};
+
+/// Protocol, method, and the edit that the variation needs.
+type Row<'a> = row::Row<(&'a str, MethodName<'a>, Edit), &'a RunRecord>;
+
+/// Columns of edits made, in the order of [`Edit::ALL`], and of the share that was right.
+type Made = ([&'static str; 4], &'static str, fn(&RunRecord) -> Vec<Edit>);
+
+const MADE: [Made; 2] = [
+    (["first_node-addition", "first_edge-addition", "first_node-modification", "first_none"], "first_right", |run| {
+        run.edits_made().take(1).collect()
+    }),
+    (["all_node-addition", "all_edge-addition", "all_node-modification", "all_none"], "all_right", |run| {
+        run.edits_made().collect()
+    }),
+];
 
 type Measure = (&'static str, fn(&Structure) -> Option<f64>);
 
@@ -26,58 +56,34 @@ const STRUCTURE: [Measure; 3] = [
     ("duplicates", |structure| Some(f64::from(structure.duplicates))),
 ];
 
-fn columns() -> Vec<Column> {
-    const FIRST: [&str; 4] = ["first_node-addition", "first_edge-addition", "first_node-modification", "first_none"];
-    const ALL: [&str; 4] = ["all_node-addition", "all_edge-addition", "all_node-modification", "all_none"];
-    let text = ["protocol", "method", "edit_needed"].map(|name| column(name, Shape::Text));
-    let counts = |names: [&'static str; 4]| names.map(|name| column(name, Shape::Count));
-    text.into_iter()
-        .chain(["runs", "uncorrected"].map(|name| column(name, Shape::Count)))
-        .chain(counts(FIRST))
-        .chain([column("first_right", Shape::Rate)])
-        .chain(counts(ALL))
-        .chain([column("all_right", Shape::Rate)])
-        .chain(STRUCTURE.map(|(name, _)| column(name, Shape::Estimate(2))))
-        .collect()
+fn columns<'a>() -> Columns<'a, Row<'a>> {
+    let columns = Columns::<Row<'a>>::new()
+        .text("protocol", |row| row.key.0)
+        .text("method", |row| row.key.1.name)
+        .text("edit_needed", |row| row.key.2.name())
+        .count("runs", |row| row.of.len())
+        .count("uncorrected", |row| row.of.iter().filter(|run| run.corrections.is_empty()).count());
+    let columns = MADE.into_iter().fold(columns, |columns, (names, right, made)| {
+        let of = move |row: &Row| row.of.iter().flat_map(|run| made(run)).collect::<Vec<_>>();
+        let counts = names.into_iter().zip(Edit::ALL).fold(columns, |columns, (name, edit)| {
+            columns.count(name, move |row| of(row).into_iter().filter(|made| *made == edit).count())
+        });
+        counts.column(right, Shape::Rate, move |row| share(of(row).into_iter().map(|made| made == row.key.2)))
+    });
+    STRUCTURE.into_iter().fold(columns, |columns, (name, measure)| {
+        columns.column(name, Shape::Estimate(2), move |row| {
+            let (protocol, method, needed) = row.key;
+            let scores: Vec<f64> = row.of.iter().filter_map(|run| measure(run.structure.as_ref()?)).collect();
+            mean(&scores, seed(&format!("t3/{protocol}/{}/{needed}", method.name), name))
+        })
+    })
 }
 
-/// The table, from records in canonical order.
-pub(super) fn table(records: &[Record]) -> Table {
+fn table(records: &Canonical) -> Table {
     let methods = Methods::listed();
-    let mut rows: BTreeMap<(&str, MethodName, Edit), Vec<&Run>> = BTreeMap::new();
-    for record in records {
-        if let Some(run) = record.single_run()
-            && run.outcome.counts()
-            && methods.role(&run.key.method) != Role::FromScratch
-        {
-            rows.entry((&run.key.protocol, methods.name(&run.key.method), run.key.edit)).or_default().push(run);
-        }
-    }
-    let rendered = rows.iter().map(|((protocol, method, needed), runs)| {
-        let made = |run: &&Run| run.corrections.iter().map(|correction| correction.edit_made).collect::<Vec<_>>();
-        let first: Vec<Edit> = runs.iter().filter_map(|run| made(run).first().copied()).collect();
-        let all: Vec<Edit> = runs.iter().flat_map(made).collect();
-        let mut cells = [*protocol, &method.name, needed.name()].map(|word| Cell::Text(word.to_owned())).to_vec();
-        cells.push(Cell::Count(runs.len()));
-        cells.push(Cell::Count(runs.len() - first.len()));
-        for edits in [first, all] {
-            let count = |edit: &Edit| Cell::Count(edits.iter().filter(|made| *made == edit).count());
-            cells.extend(Edit::ALL.iter().map(count));
-            cells.push(share(edits.iter().map(|made| made == needed)));
-        }
-        for (name, measure) in STRUCTURE {
-            let scores: Vec<f64> = runs.iter().filter_map(|run| measure(run.structure.as_ref()?)).collect();
-            cells.push(mean(&scores, seed(&format!("t3/{protocol}/{}/{needed}", method.name), name)));
-        }
-        cells
-    });
-    Table {
-        id: "t3",
-        title: "T3 edits: needed and made",
-        note: NOTE,
-        columns: columns(),
-        rows: rendered.collect(),
-        protocols: rows.keys().map(|row| row.0.to_owned()).collect(),
-        records: rows.values().map(Vec::len).sum(),
-    }
+    let runs = records.iter().filter_map(Record::single_run);
+    let counted = runs.filter(|run| run.outcome.counts() && methods.role(&run.key.method) != Role::FromScratch);
+    let rows: Vec<Row> =
+        rows(counted.map(|run| ((&*run.key.protocol, methods.name(&run.key.method), run.key.edit), run)));
+    Table::new(TITLE, columns(), &rows, rows.iter().map(|row| (row.key.0, row.of.len())))
 }

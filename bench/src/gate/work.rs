@@ -1,82 +1,26 @@
-//! The update-cost baseline: the exact work of the cost suite as it was when it was last meant to change, and what a new measurement is
-//! against it.
+//! The baseline of the cost suite: the exact work of each update when that was last meant to change.
 //!
-//! Counters depend on the input alone, so any difference is a verdict. Instructions depend on the toolchain, the target and the
-//! processor's vectors besides; they are compared where these are the same, and by [`TOLERANCE`]. The clock is in no baseline.
+//! `situ-bench cost --check` compares with it, `situ-bench cost --mint` writes it anew.
 
 use std::collections::BTreeMap;
-use std::fmt;
-use std::fs;
 use std::path::Path;
-use std::process::Command;
 
 use serde::{Deserialize, Serialize};
 
+use super::baseline_file::{self, SCHEMA};
+use super::origin::Origin;
+use super::verdict::{Verdict, instructions_differ};
 use crate::error::BenchError;
 use crate::protocol::Protocol;
-use crate::record::{Cost, Identity, Record};
+use crate::record::{CostRecord, Identity};
 
-/// The version of the file.
-const SCHEMA: u64 = 1;
-/// Instructions that differ by no more than this share are unchanged.
-pub const TOLERANCE: f64 = 0.02;
-
-/// Where and of what a baseline was minted.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Origin {
-    /// The machine's processor, in its own words.
-    pub machine: String,
-    /// The revision of the code; `unknown` outside a repository.
-    pub revision: String,
-    /// The compiler, in its own words.
-    pub toolchain: String,
-    /// The target triple.
-    pub target: String,
-    /// The processor's vectors that the kernels ran on ([`situ::vector::kind`]).
-    #[serde(default)]
-    pub vectors: String,
-}
-
-impl Origin {
-    /// Of this code, on this machine.
-    pub fn here() -> Self {
-        let cpu = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-        let model = cpu.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
-        let git = |words: &[&str]| {
-            let output = Command::new("git").args(words).output().ok().filter(|output| output.status.success())?;
-            Some(String::from_utf8(output.stdout).ok()?.trim().to_owned())
-        };
-        let changes = git(&["status", "--porcelain", "--untracked-files=no"]);
-        let changed = changes.is_some_and(|changes| !changes.is_empty());
-        let revision = git(&["rev-parse", "HEAD"]).unwrap_or_else(|| "unknown".to_owned());
-        Self {
-            machine: model.map_or("unknown", |(_, model)| model.trim()).to_owned(),
-            revision: if changed { format!("{revision}, changed") } else { revision },
-            toolchain: env!("SITU_TOOLCHAIN").to_owned(),
-            target: env!("SITU_TARGET").to_owned(),
-            vectors: situ::vector::kind().to_owned(),
-        }
-    }
-
-    /// Whether instructions that were counted here and there are to be compared.
-    pub fn counts_as(&self, other: &Self) -> bool {
-        (&self.toolchain, &self.target, &self.vectors) == (&other.toolchain, &other.target, &other.vectors)
-    }
-}
-
-/// Whether so many instructions now are another number than before, by [`TOLERANCE`].
-pub fn instructions_differ(before: u64, now: u64) -> bool {
-    (now as f64 - before as f64).abs() > TOLERANCE * before as f64
-}
-
-/// A row: one update.
+/// One update as it was measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Row {
+pub struct MeasuredUpdate {
     /// What was measured, its time 0.
     #[serde(flatten)]
-    pub cost: Cost,
+    pub cost: CostRecord,
     /// Instructions of the update, where they were counted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instructions: Option<u64>,
@@ -84,38 +28,14 @@ pub struct Row {
 
 /// The baseline.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Baseline {
+pub struct WorkBaseline {
     schema: u64,
     /// Where it was minted.
     pub origin: Origin,
     /// The text of the protocol.
     pub protocol: String,
     /// One an update, in canonical order.
-    pub rows: Vec<Row>,
-}
-
-/// What a measurement is against the baseline.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Verdict {
-    /// Some work is less and none is more.
-    Improved,
-    /// Some work is more.
-    Regressed,
-    /// All work is the same.
-    Unchanged,
-    /// There is nothing to compare with: another protocol, or a row that one of the two has not.
-    Incomparable,
-}
-
-impl fmt::Display for Verdict {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.pad(match self {
-            Self::Improved => "improved",
-            Self::Regressed => "regressed",
-            Self::Unchanged => "unchanged",
-            Self::Incomparable => "incomparable",
-        })
-    }
+    pub rows: Vec<MeasuredUpdate>,
 }
 
 /// The verdict on one update.
@@ -129,12 +49,12 @@ pub struct Judged {
     pub why: String,
 }
 
-impl Baseline {
+impl WorkBaseline {
     /// A baseline of these measurements.
-    pub fn new(origin: Origin, protocol: &Protocol, rows: Vec<Row>) -> Self {
+    pub fn new(origin: Origin, protocol: &Protocol, rows: Vec<MeasuredUpdate>) -> Self {
         let mut rows = rows;
         rows.iter_mut().for_each(|row| row.cost.update_seconds = 0.0);
-        rows.sort_by_key(|row| identity(&row.cost));
+        rows.sort_by_key(|row| row.cost.identity());
         Self { schema: SCHEMA, origin, protocol: protocol.source.clone(), rows }
     }
 
@@ -143,24 +63,19 @@ impl Baseline {
     /// # Errors
     /// [`BenchError::Read`]; [`BenchError::Baseline`] with the line where it is none.
     pub fn read(path: &Path) -> Result<Self, BenchError> {
-        let text = fs::read_to_string(path).map_err(|source| BenchError::Read { path: path.to_owned(), source })?;
-        let refuse = |line, problem| BenchError::Baseline { path: path.to_owned(), line, problem };
-        let baseline: Self = serde_json::from_str(&text).map_err(|error| refuse(error.line(), error.to_string()))?;
-        if baseline.schema != SCHEMA {
-            return Err(refuse(1, format!("`schema`: expected {SCHEMA}, found {}: mint it anew", baseline.schema)));
-        }
-        Ok(baseline)
+        baseline_file::read(path, |baseline: &Self| baseline.schema)
     }
 
     /// The file's text.
     pub fn to_json(&self) -> String {
-        serde_json::to_string_pretty(self).expect("its numbers are finite") + "\n"
+        baseline_file::to_json(self)
     }
 
     /// The verdict on each update of either, in canonical order.
-    pub fn judge(&self, origin: &Origin, protocol: &Protocol, rows: &[Row]) -> Vec<Judged> {
-        let by_name =
-            |rows: &[Row]| rows.iter().map(|row| (identity(&row.cost), row.clone())).collect::<BTreeMap<_, _>>();
+    pub fn judge(&self, origin: &Origin, protocol: &Protocol, rows: &[MeasuredUpdate]) -> Vec<Judged> {
+        let by_name = |rows: &[MeasuredUpdate]| {
+            rows.iter().map(|row| (row.cost.identity(), row.clone())).collect::<BTreeMap<_, _>>()
+        };
         let (before, now) = (by_name(&self.rows), by_name(rows));
         let mut names: Vec<&Identity> = before.keys().chain(now.keys()).collect();
         names.sort();
@@ -181,11 +96,7 @@ impl Baseline {
     }
 }
 
-fn identity(cost: &Cost) -> Identity {
-    Record::Cost(cost.clone()).identity()
-}
-
-fn judge(before: &Row, now: &Row, counts_instructions: bool) -> (Verdict, String) {
+fn judge(before: &MeasuredUpdate, now: &MeasuredUpdate, counts_instructions: bool) -> (Verdict, String) {
     if before.cost.edit_made != now.cost.edit_made {
         return (Verdict::Incomparable, format!("it made {}, now {}", before.cost.edit_made, now.cost.edit_made));
     }
@@ -216,21 +127,18 @@ fn judge(before: &Row, now: &Row, counts_instructions: bool) -> (Verdict, String
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::tables::tests::sample;
+    use std::fs;
 
-    fn rows() -> Vec<Row> {
-        let costs = sample().into_iter().filter_map(|record| match record {
-            Record::Cost(cost) => Some(Row { cost, instructions: Some(1_000_000) }),
+    use super::*;
+    use crate::record::Record;
+    use crate::sample;
+
+    fn rows() -> Vec<MeasuredUpdate> {
+        let costs = sample::records().into_iter().filter_map(|record| match record {
+            Record::Cost(cost) => Some(MeasuredUpdate { cost, instructions: Some(1_000_000) }),
             Record::Run(_) => None,
         });
         costs.collect()
-    }
-
-    fn origin(toolchain: &str) -> Origin {
-        let word = |text: &str| text.to_owned();
-        let [machine, revision, target, vectors] = ["a", "b", "c", "d"].map(word);
-        Origin { machine, revision, toolchain: word(toolchain), target, vectors }
     }
 
     /// One more iteration of EM and one needless divergence are caught, in the row in which they are; less work is an improvement unless other
@@ -238,12 +146,12 @@ mod tests {
     #[test]
     fn any_work_more_is_a_regression() {
         let protocol = Protocol::find("cost").unwrap();
-        let baseline = Baseline::new(origin("rustc 1"), &protocol, rows());
-        let verdicts = |change: &dyn Fn(&mut Row)| {
+        let baseline = WorkBaseline::new(Origin::sample("rustc 1"), &protocol, rows());
+        let verdicts = |change: &dyn Fn(&mut MeasuredUpdate)| {
             let mut rows = rows();
             change(&mut rows[3]);
             rows[3].cost.update_seconds *= 100.0;
-            let judged = baseline.judge(&origin("rustc 1"), &protocol, &rows);
+            let judged = baseline.judge(&Origin::sample("rustc 1"), &protocol, &rows);
             let changed: Vec<(Verdict, String)> = judged
                 .into_iter()
                 .filter(|judged| judged.verdict != Verdict::Unchanged)
@@ -257,9 +165,9 @@ mod tests {
         let why = format!("em_iterations {em} → {}", em + 1);
         assert_eq!(verdicts(&|row| row.cost.counters.em_iterations += 1), one(Verdict::Regressed, &why));
         assert_eq!(verdicts(&|row| row.cost.counters.divergences += 1), one(Verdict::Regressed, "divergences 0 → 1"));
-        let less = |row: &mut Row| row.cost.counters.classifier_fits -= 1;
+        let less = |row: &mut MeasuredUpdate| row.cost.counters.classifier_fits -= 1;
         assert_eq!(verdicts(&less), one(Verdict::Improved, "classifier_fits 3 → 2"));
-        let both = |row: &mut Row| {
+        let both = |row: &mut MeasuredUpdate| {
             less(row);
             row.cost.counters.divergences += 1;
         };
@@ -279,20 +187,26 @@ mod tests {
         let all = |judged: Vec<Judged>, verdict| {
             judged.len() == slower.len() && judged.iter().all(|one| one.verdict == verdict)
         };
-        assert!(all(baseline.judge(&origin("rustc 2"), &protocol, &slower), Verdict::Unchanged), "another compiler");
+        assert!(
+            all(baseline.judge(&Origin::sample("rustc 2"), &protocol, &slower), Verdict::Unchanged),
+            "another compiler"
+        );
         let quick = Protocol::find("quick").unwrap();
-        assert!(all(baseline.judge(&origin("rustc 1"), &quick, &slower), Verdict::Incomparable), "another protocol");
+        assert!(
+            all(baseline.judge(&Origin::sample("rustc 1"), &quick, &slower), Verdict::Incomparable),
+            "another protocol"
+        );
     }
 
     #[test]
     fn what_is_written_is_read() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("baseline.json");
-        let baseline = Baseline::new(origin("rustc 1"), &Protocol::find("cost").unwrap(), rows());
+        let baseline = WorkBaseline::new(Origin::sample("rustc 1"), &Protocol::find("cost").unwrap(), rows());
         fs::write(&path, baseline.to_json()).unwrap();
-        assert_eq!(Baseline::read(&path).unwrap(), baseline);
+        assert_eq!(WorkBaseline::read(&path).unwrap(), baseline);
         fs::write(&path, baseline.to_json().replace("\"hmm_fits\": 6,", "\"hmm_fits\": -6,")).unwrap();
-        let error = Baseline::read(&path).unwrap_err();
+        let error = WorkBaseline::read(&path).unwrap_err();
         assert!(error.to_string().contains("baseline.json:") && error.exit_status() == 2, "{error}");
     }
 }

@@ -1,0 +1,36 @@
+//! What teaching took.
+
+use std::ops::AddAssign;
+
+use serde::{Deserialize, Serialize};
+
+/// What teaching took: number and length of demonstrations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TeachingEffort {
+    /// Demonstrations.
+    pub demonstrations: u32,
+    /// Keyframes over all of them.
+    pub keyframes: u32,
+    /// Simulated seconds over all of them.
+    pub seconds: f64,
+    /// Path length of the gripper over all of them, metres.
+    pub metres: f64,
+}
+
+impl From<&situ_teachers::Effort> for TeachingEffort {
+    /// The effort of one demonstration.
+    fn from(effort: &situ_teachers::Effort) -> Self {
+        let situ_teachers::Effort { keyframes, seconds, metres } = *effort;
+        Self { demonstrations: 1, keyframes, seconds, metres }
+    }
+}
+
+impl AddAssign for TeachingEffort {
+    fn add_assign(&mut self, other: Self) {
+        self.demonstrations += other.demonstrations;
+        self.keyframes += other.keyframes;
+        self.seconds += other.seconds;
+        self.metres += other.metres;
+    }
+}

@@ -1,0 +1,63 @@
+//! Whether a table that was made anew is the published one, all but its times.
+
+/// Whether two texts of one file differ in anything but the columns that hold the clock.
+pub fn differs(file: &str, one: &str, other: &str) -> bool {
+    let without_times = if file.ends_with(".csv") { csv_without_times } else { markdown_without_times };
+    without_times(one) != without_times(other)
+}
+
+/// Which columns do not hold the clock.
+fn exact<'a>(heads: impl IntoIterator<Item = &'a str>, clock: &str) -> Vec<bool> {
+    heads.into_iter().map(|head| !head.ends_with(clock)).collect()
+}
+
+/// The fields of the columns that are kept. A line that is too long or too short stays as it is.
+fn kept<'a>(fields: Vec<&'a str>, columns: &[bool]) -> Vec<String> {
+    let is_whole = fields.len() == columns.len();
+    let kept = fields.into_iter().enumerate().filter(|(index, _)| !is_whole || columns[*index]);
+    kept.map(|(_, field)| field.to_owned()).collect()
+}
+
+fn csv_without_times(text: &str) -> Vec<Vec<String>> {
+    let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(text.as_bytes());
+    let lines: Vec<csv::StringRecord> = reader.records().map_while(Result::ok).collect();
+    let columns = lines.first().map_or_else(Vec::new, |heads| exact(heads, "_wall"));
+    lines.iter().map(|line| kept(line.iter().collect(), &columns)).collect()
+}
+
+fn markdown_without_times(text: &str) -> Vec<Vec<String>> {
+    let mut columns: Option<Vec<bool>> = None;
+    let line = |line: &str| {
+        let Some(row) = line.strip_prefix("| ").and_then(|row| row.strip_suffix(" |")) else {
+            columns = None;
+            return vec![line.to_owned()];
+        };
+        let fields: Vec<&str> = row.split(" | ").collect();
+        let columns = columns.get_or_insert_with(|| exact(fields.iter().copied(), " (wall)"));
+        kept(fields, columns)
+    };
+    text.lines().map(line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MARKDOWN: &str =
+        "## T\n\n| method | reached | ms (wall) |\n| --- | ---: | ---: |\n| situ | 1/2 | 3.0 |\n\n| fits |\n| 7 |\n";
+    const CSV: &str = "method,reached,ms_wall,ms_low_wall\nsitu,1,3.0,2.0\n";
+
+    #[test]
+    fn times_may_differ_and_nothing_else() {
+        for (file, text, clock) in [("t.md", MARKDOWN, "3.0"), ("t.csv", CSV, "3.0,2.0")] {
+            assert!(!differs(file, text, text));
+            assert!(!differs(file, text, &text.replace(clock, &clock.replace('0', "5"))), "{file}: a time");
+            for (from, to) in [("situ", "rebuild"), ("1", "2"), ("reached", "met")] {
+                assert!(differs(file, text, &text.replacen(from, to, 1)), "{file}: {from} and {to}");
+            }
+            assert!(differs(file, text, &text[..text.len() - 4]), "{file}: cut short");
+        }
+        assert!(differs("t.md", MARKDOWN, &MARKDOWN.replace("| 7 |", "| 8 |")), "the second table of a file");
+        assert!(differs("t.csv", CSV, &CSV.replace("_wall", "")), "a clock that is no longer called one");
+    }
+}

@@ -1,0 +1,162 @@
+//! A table, and how it is written in Markdown and CSV.
+
+use std::collections::BTreeSet;
+use std::fmt::Write;
+
+use super::cell::Cell;
+use super::column::{Columns, Head, Shape};
+use crate::stats;
+
+/// How a table is called.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Title {
+    /// The name of its CSV file, without the ending.
+    pub(super) id: &'static str,
+    /// Its heading.
+    pub(super) text: &'static str,
+    /// What a reader must know of it.
+    pub(super) note: &'static str,
+}
+
+/// A table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    title: Title,
+    heads: Vec<Head>,
+    rows: Vec<Vec<Cell>>,
+    protocols: BTreeSet<String>,
+    records: usize,
+}
+
+/// Decimals of a share.
+const SHARE: usize = 2;
+/// Decimals of every number in CSV.
+const CSV: usize = 6;
+
+impl Table {
+    /// A table of these rows. `source` says of each row of which protocol it is, and how many records it is made of.
+    pub(super) fn new<'a, R>(
+        title: Title,
+        columns: Columns<'_, R>,
+        rows: &[R],
+        source: impl Iterator<Item = (&'a str, usize)>,
+    ) -> Self {
+        let cells = |row: &R| columns.0.iter().map(|column| (column.cell)(row)).collect();
+        let (mut protocols, mut records) = (BTreeSet::new(), 0);
+        for (protocol, count) in source {
+            protocols.insert(protocol.to_owned());
+            records += count;
+        }
+        let heads = columns.0.iter().map(|column| column.head).collect();
+        Self { title, heads, rows: rows.iter().map(cells).collect(), protocols, records }
+    }
+
+    /// The name of its file, without an ending.
+    pub fn id(&self) -> &'static str {
+        self.title.id
+    }
+
+    /// Whether it has no row.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// The table in Markdown; `command` is what the reader types to make it again.
+    pub fn to_markdown(&self, command: &str) -> String {
+        let protocols = self.protocols.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+        let protocols = if protocols.is_empty() { "none".to_owned() } else { protocols };
+        let mut text = format!(
+            "## {}\n\nProtocol: {protocols}. Records: {}. Made by `{command}`; do not edit.\n\n{}\n\n",
+            self.title.text, self.records, self.title.note
+        );
+        let heads = self.heads.iter().map(|head| {
+            let name = head.name.replace('_', " ").replace('|', "\\|");
+            if head.wall { format!("{name} (wall)") } else { name }
+        });
+        let rule = self.heads.iter().map(|head| if head.shape == Shape::Text { "---" } else { "---:" }.to_owned());
+        let rows = self
+            .rows
+            .iter()
+            .map(|row| self.heads.iter().zip(row).map(|(head, cell)| markdown(head.shape, cell)).collect::<Vec<_>>());
+        for row in [heads.collect::<Vec<_>>(), rule.collect()].into_iter().chain(rows) {
+            let _ = writeln!(text, "| {} |", row.join(" | "));
+        }
+        text
+    }
+
+    /// The table in CSV, a header first.
+    pub fn to_csv(&self) -> String {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let heads = self.heads.iter().flat_map(|head| {
+            let clock = if head.wall { "_wall" } else { "" };
+            suffixes(head.shape).iter().map(move |suffix| format!("{}{suffix}{clock}", csv_name(head.name)))
+        });
+        let rows = self.rows.iter().map(|row| {
+            self.heads.iter().zip(row).flat_map(|(head, cell)| fields(head.shape, cell)).collect::<Vec<_>>()
+        });
+        for row in std::iter::once(heads.collect()).chain(rows) {
+            writer.write_record(&row).expect("rows of one length, in memory");
+        }
+        String::from_utf8(writer.into_inner().expect("in memory")).expect("made of strings")
+    }
+}
+
+/// A column's name without signs: `|Z|` is `applicable`, `|T|` is `model_size`.
+fn csv_name(name: &str) -> String {
+    name.replace("|Z|", "applicable").replace("|T|", "model_size").replace('/', "_over_").replace([' ', '-'], "_")
+}
+
+const fn suffixes(shape: Shape) -> &'static [&'static str] {
+    match shape {
+        Shape::Text | Shape::Count | Shape::Number(_) => &[""],
+        Shape::Rate => &["_successes", "_n", "_low", "_high"],
+        Shape::Estimate(_) => &["", "_low", "_high", "_bound"],
+    }
+}
+
+/// A number with so many decimals; what rounds to 0 has no sign.
+fn fixed(value: f64, digits: usize) -> String {
+    let text = format!("{value:.digits$}");
+    match text.strip_prefix('-') {
+        Some(rest) if rest.chars().all(|digit| matches!(digit, '0' | '.')) => rest.to_owned(),
+        _ => text,
+    }
+}
+
+fn fields(shape: Shape, cell: &Cell) -> Vec<String> {
+    let number = |value: &f64| fixed(*value, CSV);
+    match cell {
+        Cell::Text(text) => vec![text.clone()],
+        Cell::Count(count) => vec![count.to_string()],
+        Cell::Number(value) => vec![number(value)],
+        Cell::Rate(rate) => {
+            let (low, high) = stats::wilson(rate.successes, rate.rollouts);
+            vec![rate.successes.to_string(), rate.rollouts.to_string(), number(&low), number(&high)]
+        }
+        Cell::Estimate(estimate, bound) => {
+            vec![number(&estimate.value), number(&estimate.low), number(&estimate.high), bound.mark().to_owned()]
+        }
+        Cell::Nothing => vec![String::new(); suffixes(shape).len()],
+    }
+}
+
+fn markdown(shape: Shape, cell: &Cell) -> String {
+    let digits = match shape {
+        Shape::Number(digits) | Shape::Estimate(digits) => digits,
+        _ => SHARE,
+    };
+    match cell {
+        Cell::Text(text) => text.replace('|', "\\|"),
+        Cell::Count(count) => count.to_string(),
+        Cell::Number(value) => fixed(*value, digits),
+        Cell::Rate(rate) => {
+            let (low, high) = stats::wilson(rate.successes, rate.rollouts);
+            format!("{}/{} [{low:.SHARE$}, {high:.SHARE$}]", rate.successes, rate.rollouts)
+        }
+        Cell::Estimate(estimate, bound) => {
+            let number = |value| fixed(value, digits);
+            format!("{}{} [{}, {}]", bound.mark(), number(estimate.value), number(estimate.low), number(estimate.high))
+        }
+        Cell::Nothing => "–".to_owned(),
+    }
+}
