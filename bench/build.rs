@@ -1,4 +1,4 @@
-//! Tells the program which compiler made it, for the update-cost baseline.
+//! Tells the program which compiler made it. The baselines of update cost name it.
 
 use std::env;
 use std::process::Command;

@@ -1,9 +1,11 @@
-//! The instructions of the kernels and of one whole update, counted by gungraun under valgrind's callgrind, and the gate on them.
+//! The instructions of the kernels and of whole updates, counted by gungraun under valgrind's callgrind, and the gate
+//! on them.
 //!
-//! Each is counted by itself, once: what makes its input, and checks its result, is not. The counts are held against
-//! `results/baselines/instructions.json` as [`situ_bench::gate::instructions`] says; one of them more than 2 % above it fails. That the gate would see a
-//! change is tried in every run: one more iteration of EM must be a regression of the fit. Without valgrind, or the
-//! runner of gungraun in the version of `Cargo.lock`, nothing is counted, and that is said.
+//! Each is counted by itself and once, without the code that makes its input and checks its result. The counts are held
+//! against `results/baselines/instructions.json` as [`situ_bench::gate::instructions`] says: the bench fails where a
+//! count is more than 2 % above it. Every run also tries whether the gate would see a change: one more iteration of EM
+//! must be a regression of the fit. Nothing is counted, and a message says so, without valgrind or without gungraun's
+//! runner in the version of `Cargo.lock`.
 //!
 //! ```text
 //! cargo install --locked --version =0.20.0 gungraun-runner
@@ -52,12 +54,12 @@ const BASELINE: &str = "results/baselines/instructions.json";
 const MINT: &str = "--mint";
 /// The runner of gungraun's benches.
 const RUNNER: &str = "gungraun-runner";
-/// Set where this program was started by itself, to count.
+/// The environment variable that is set where this program has started itself, to count.
 const COUNTING: &str = "SITU_COUNTING";
 /// A bench, and the same with a known slowdown.
 const SLOWDOWN: (&str, &str) = ("kernels::hmm_fit::twenty_iterations", "kernels::hmm_fit::one_more");
 
-// Each function gives back what it worked on, so that freeing it is not counted.
+// Each function returns its input as well, so that freeing the input is not counted.
 
 #[library_benchmark]
 #[bench::twenty_iterations(args = (0), setup = Fitting::checked)]
@@ -126,7 +128,7 @@ library_benchmark_group!(
 );
 library_benchmark_group!(name = updates, benchmarks = correction);
 
-/// What gungraun makes of a program: it starts the runner, which starts it again under valgrind, bench by bench.
+/// Gungraun's part: the program starts the runner, which starts the program again under valgrind, once for each bench.
 mod harness {
     use gungraun::{Callgrind, LibraryBenchmarkConfig};
 
@@ -164,14 +166,14 @@ fn main() -> ExitCode {
     }
 }
 
-/// The runner in the version of the crate, as it says that itself.
+/// The name and version of the runner that the crate needs, as the runner prints them.
 fn runner() -> String {
     let locked = include_str!("../../Cargo.lock");
     let version = locked.split_once("name = \"gungraun\"\nversion = \"").and_then(|(_, rest)| rest.split_once('"'));
     format!("{RUNNER} {}", version.expect("the lock file has the crate").0)
 }
 
-/// Counts and judges, or mints; whether nothing regressed, and the gate would have seen it.
+/// Counts and judges, or mints. Returns whether nothing regressed and the gate would have seen a regression.
 fn gate(mut words: Vec<String>) -> Result<bool, BenchError> {
     let baseline = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(BASELINE);
     let all = words.len();

@@ -1,7 +1,8 @@
 //! The time of one step of the simulation, a control period of 1/240 s, in the world of each task family.
 //!
-//! A world in which the arm rests is cheap, so the steps that are timed are of worlds that were copied while the competent script was
-//! at work, evenly over all of it: hand, arm, contacts and beads as they were. Each copy is stepped once.
+//! A world in which the arm rests is cheap. So the timed steps are those of worlds that were copied while the competent
+//! script was at work, evenly over all of it, with hand, arm, contacts and beads as they were. Each copy is stepped
+//! once.
 //!
 //! ```text
 //! cargo bench -p situ-bench --bench simulation
@@ -19,7 +20,7 @@ use situ_tasks::{Episode, Registry, Setting, script};
 const MOMENTS: usize = 32;
 /// The seed of every start.
 const SEED: u64 = 1;
-/// Simulated time is a sum of steps, and a difference of two of them is this exact, in seconds.
+/// Simulated time is a sum of steps. The error of a difference of two such sums, in seconds.
 const ROUNDING: f64 = 1e-9;
 
 /// Copies of the world at moments of the competent script.
@@ -41,7 +42,7 @@ fn moments(setting: &Arc<Setting>) -> Vec<World> {
     worlds
 }
 
-/// A step takes its time, leaves the numbers sound, and is the same for every copy.
+/// Checks that a step advances the time, leaves the numbers sound, and is the same for every copy.
 fn check(world: &World) {
     let [one, other] = [(); 2].map(|()| {
         let mut copy = world.clone();

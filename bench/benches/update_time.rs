@@ -1,12 +1,13 @@
-//! The time of one correction against the size of the task model: `situ` beside every method that trains on everything again.
+//! The time of one correction against the size of the task model: `situ` beside every method that trains on everything
+//! again.
 //!
-//! By the number of nodes with |Z| held fixed, by the number of original demonstrations, and by |Z| at one number of nodes. What is timed is
-//! `Learned::correct` alone; the copy of the model that it works on is made and dropped outside. `from_scratch` knows no earlier model:
-//! what is timed is teaching it as many full demonstrations as the others were taught. What takes longer than a few seconds is measured at the
-//! small sizes only ([`Contender`]).
+//! Three things vary: the number of nodes with |Z| held fixed, the number of original demonstrations, and |Z| at one
+//! number of nodes. `Learned::correct` alone is timed. The copy of the model that it works on is made and dropped
+//! outside. `from_scratch` knows no earlier model: for it, teaching as many whole demonstrations as the others were
+//! taught is timed. A method that takes longer than a few seconds is measured at small sizes only ([`Contender`]).
 //!
-//! Each case first checks that the method makes of the correction what it should: a time of a wrong result is worth nothing.
-//! The times are reported and never a gate: the exact counters of the cost table are the verdict.
+//! Each case first checks what the method makes of the correction, because the time of a wrong result is worth nothing.
+//! The times are reported and are never a gate: the exact counters of the cost table are the verdict.
 //!
 //! ```text
 //! cargo bench -p situ-bench --bench update_time
@@ -26,10 +27,11 @@ use situ_bench::synthetic::{Applicable, Automaton, Parameters};
 /// A method.
 struct Contender {
     name: &'static str,
-    /// Whether its primitives are the nodes of the automaton, and the edit that it makes the planted one. `bp_ar_hmm` has its own idea of what a
-    /// primitive is: what it must do is hold the correction.
+    /// Whether its primitives are the nodes of the automaton, and the edit that it makes is the planted one.
+    /// `bp_ar_hmm` finds primitives of its own, and so it must hold the correction and no more.
     has_the_nodes: bool,
-    /// The most segments of original demonstrations, nodes times originals, at which a correction takes no longer than a few seconds.
+    /// The most segments of original demonstrations, nodes times originals, at which a correction takes no longer than
+    /// a few seconds.
     most_segments: usize,
 }
 
@@ -43,7 +45,7 @@ const CONTENDERS: [Contender; 5] = [
 ];
 /// The seed of every automaton.
 const SEED: u64 = 1;
-/// Samples a case: the least that criterion allows, for a rebuild of a thousand nodes takes seconds.
+/// Samples of each case: the least that criterion allows, because a rebuild of a thousand nodes takes seconds.
 const SAMPLES: usize = 10;
 
 /// A series: its name, its edits, and its automata, each with the number that is varied.
@@ -81,7 +83,7 @@ fn update_time(criterion: &mut Criterion) {
                     group.warm_up_time(Duration::from_millis(300)).measurement_time(Duration::from_secs(1));
                     let id = BenchmarkId::new(contender.name, size);
                     if method.role() == Role::FromScratch {
-                        // It is taught a task and not an edit: once is enough.
+                        // It is taught a task and not an edit, so once is enough.
                         if edit == Edit::NodeAddition {
                             group.bench_function(id, |bencher| bencher.iter_with_large_drop(teach));
                         }

@@ -1,4 +1,4 @@
-"""What is asked of all sides, and how a side is run."""
+"""The questions that all sides are asked, and how a side is run."""
 
 import gc
 import statistics
@@ -27,7 +27,7 @@ class Measured:
 
 
 Measure = Callable[[float], Measured]
-"""Runs a side for so many seconds, once at least."""
+"""Runs a side for so many seconds, and at least once."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Peer:
     package: str
     ways: list[Way]
     expected: Callable[[], Values] | None = None
-    """The values that its own must agree with, where they are not ours; hmmlearn computes them."""
+    """The values with which its own must agree, where those are not ours. hmmlearn computes them."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,10 @@ class Case:
 
 
 def in_process(prepare: Callable[[], Callable[[], Any]], values: Callable[[Any], Values]) -> Measure:
-    """Measures Python here: `prepare` makes what is timed, anew for each run; `values` are of what a run returned."""
+    """Measures Python in this process.
+
+    `prepare` makes the timed function anew for each run; `values` reads the values from the result of a run.
+    """
 
     def measure(seconds: float) -> Measured:
         taken: list[int] = []

@@ -1,11 +1,11 @@
 """Initiation classifiers: scikit-learn and numpy beside situ.
 
-Regression: ours is the mean loss with the ridge lambda and targets inside (0, 1); scikit-learn has hard labels and C on the sum of
-the losses: C = 1 / (n lambda), and targets that are 0 and 1 but for the last bit. Both stop where no component of the
-gradient is above the same tolerance.
+Regression: our objective is the mean loss with the ridge lambda, and our targets are inside (0, 1). scikit-learn has
+hard labels, and a factor C on the sum of the losses. So C = 1 / (n lambda), and our targets differ from 0 and 1 by the
+last bit. Both stop where no component of the gradient is above the same tolerance.
 
-Screening (line A1.6): which nodes' balls hold a state, by the sum of squared differences to their centres. numpy's
-matrix product has the lengths of the centres ready, as an index would.
+Screening (line A1.6): which nodes have a ball that holds a state, by the sum of squared differences to their centres.
+For numpy's matrix product, the lengths of the centres are computed before, as an index would hold them.
 """
 
 from collections.abc import Callable
@@ -43,7 +43,7 @@ def regress_case(samples: int, features: int, apart: float, programs: Programs) 
 def screen_case(nodes: int, features: int, programs: Programs) -> Case:
     rng = np.random.default_rng([20180613, features])
     centres, row = rng.standard_normal((nodes, features)), rng.standard_normal(features)
-    # One in a hundred passes, and none is so near the bound that rounding decides.
+    # One node in a hundred passes, and no node is so near the bound that rounding decides.
     squares = np.sort(((centres - row) ** 2).sum(axis=1))
     greatest = squares[nodes // 100 - 1:nodes // 100 + 1].mean()
     lengths, apart = (centres ** 2).sum(axis=1), np.empty_like(centres)

@@ -1,24 +1,24 @@
 """Hidden Markov models: hmmlearn and the crate hmmlearn-rs beside situ.
 
-How all are the same computation:
+All compute the same, for these reasons:
 
-* Poses. Ours are in R3 x S3 and hmmlearn's in R6. They are the same model where all rotations are about one axis:
-  then the logarithm at a mean is the difference of the angles, at any angle. So a frame here is a position and an
-  angle times a slanted axis: hmmlearn gets the position and the rotation vector, ours the pose. Covariances are full;
-  in the two directions in which the frames do not vary, they are the prior's. Ours also takes the logarithms of
+* Poses. Ours are in R3 x S3 and hmmlearn's in R6. They are the same model where all rotations are about one axis,
+  because the logarithm at a mean is then the difference of the angles. So a frame here is a position and an angle
+  times a slanted axis: hmmlearn gets the position and the rotation vector, ours the pose. Covariances are full. In the
+  two directions in which the frames do not vary, they are those of the prior. Ours also takes the logarithms of
   rotations and the mean on the manifold, which hmmlearn does not.
 * Ends. hmmlearn has none. `EndingHMM` puts the probability of going on, or of ending, at each frame beside the
-  frame's density, and re-estimates it. That needs no state more and no frame more, and takes hmmlearn no time to
-  speak of.
+  frame's density, and re-estimates it. That needs no further state and no further frame, and costs hmmlearn hardly any
+  time.
 * Prior. hmmlearn divides a covariance by max(covars_weight - D, 0) + the state's frames, so covars_weight = nu0 + D
   and the matrix covars_prior = nu0 * S0 give the maximum a posteriori of situ.
 * Iterations. All are made. Ours has one expectation step more, for the likelihood of the last model.
-* The crate. hmmlearn-rs is a port of hmmlearn, and it cannot be asked quite the same. It has no ends, and no way to
-  put them beside a frame's density. And its prior of the covariances is one number, added to every element of the
-  scatter: in the two directions in which the frames do not vary, a covariance would be singular. So its frames have
-  noise in these two directions, its model has no ends, and its values must be those of hmmlearn's GaussianHMM of the
-  same frames, start, prior and iterations. Frames, states and iterations are as many as ours, and its time hardly
-  depends on the numbers; ours has the ends and the rotations to compute besides.
+* The crate. hmmlearn-rs is a port of hmmlearn, and it cannot be asked exactly the same. It has no ends, and no way to
+  put them beside a frame's density. Its prior of the covariances is one number, which is added to every element of the
+  scatter. So a covariance would be singular in the two directions in which the frames do not vary. For these reasons
+  its frames have noise in these two directions, its model has no ends, and its values must be those of hmmlearn's
+  GaussianHMM of the same frames, start, prior and iterations. Frames, states and iterations are as many as ours, and
+  its time hardly depends on the numbers. Ours computes the ends and the rotations besides.
 """
 
 from collections.abc import Callable
@@ -49,7 +49,7 @@ IMPLEMENTATIONS = ("log", "scaling")
 
 
 class EndingHMM(GaussianHMM):
-    """hmmlearn's model with an end after each state: `transmat_` is the chain of those sequences that go on."""
+    """hmmlearn's model with an end after each state. `transmat_` is the chain of the sequences that go on."""
 
     ends_: np.ndarray
 
@@ -75,7 +75,7 @@ class EndingHMM(GaussianHMM):
 
 
 class CountingHMM(EndingHMM):
-    """The same, and counts what its fit goes through."""
+    """The same, and counts the work of its fit."""
 
     def __init__(self, count: FitCount, **parameters: Any) -> None:
         super().__init__(**parameters)
@@ -178,7 +178,7 @@ def fit_case(sequences: int, counted: bool, programs: Programs) -> Case:
 
 
 def unmoved_noise(frames: int) -> np.ndarray:
-    """What the crate's frames have in the two directions in which they do not vary, shape (frames, 6)."""
+    """The noise of the crate's frames in the two directions in which they do not vary, shape (frames, 6)."""
     rng = np.random.default_rng(20180614)
     return rng.standard_normal((frames, D)) @ UNMOVED / ROTATION
 

@@ -1,8 +1,8 @@
-"""Counts the operations on doubles that a fit of a Gaussian HMM needs, by what it computes and not by who computes it.
+"""Counts the operations on doubles that a fit of a Gaussian HMM needs, whichever program makes the fit.
 
 An operation is an addition, a subtraction, a multiplication or a division. Comparisons, changes of sign and powers of
-two are none. Counted is what the definition of the fit (situ/src/keyframe/hmm/fit.rs) asks for, once each. With F
-frames in S sequences, K states, D = 6 dimensions, A transitions that the chain has, and I iterations:
+two are no operations. Each operation that the definition of the fit (situ/src/keyframe/hmm/fit.rs) asks for is counted
+once. With F frames in S sequences, K states, D = 6 dimensions, A transitions that the chain has, and I iterations:
 
 * Before the first iteration, F K residuals: a position's is 3 differences, a rotation's a logarithm (59).
 * Each of the I + 1 expectation steps:
@@ -18,15 +18,15 @@ frames in S sequences, K states, D = 6 dimensions, A transitions that the chain 
     step of the mean; the weighted scatter, D + D (D + 1) = 48, and again about the mean before where the mean turned,
     for the guard of the objective.
 
-A frame counts in a state where its share is not below 1e-20 of the state's: the fit leaves the others out. Where all
-rotations are about one axis, a step of the mean is exact; so a state's mean takes one where it turns by the tolerance
-or more, and none otherwise. What is done once a sequence or once a state (factors of covariances, logarithms of
-likelihoods, proportions) is left out: it is less than a hundredth.
+A frame counts in a state where its share is not below 1e-20 of the state's; the fit leaves the others out. Where all
+rotations are about one axis, a step of the mean is exact. So a state's mean takes one step where it turns by the
+tolerance or more, and none otherwise. The work that is done once for each sequence or state (factors of covariances,
+logarithms of likelihoods, proportions) is left out: it is less than a hundredth.
 
 The logarithm of a rotation: the quaternion's product with the mean's conjugate, 28; the squared sine, 5; a series of
 12 coefficients, 22; its factor and the vector, 4. The exponential is counted as the crate `libm` computes it: the
 multiple of log 2, 2; the rest of it in two parts, 4; a square, 1; a polynomial, 10; a quotient and the sum, 6. Ours has
-longer polynomials for both, so as to have no root, quotient or branch; what they take beyond these is not counted.
+longer polynomials for both, so that it needs no root, quotient or branch; the operations beyond these are not counted.
 """
 
 from dataclasses import dataclass
@@ -50,7 +50,7 @@ class FitCount:
     transitions: int
     iterations: int = 0
     counting: int = 0
-    """Frames that count in a state, over all states and iterations."""
+    """The frames that count in a state, summed over all states and iterations."""
     turned_counting: int = 0
     """Of these, those in states whose mean turned."""
     mean_steps: int = 0

@@ -8,8 +8,8 @@ Rust sides (bench/examples/peers, and bench/peers/hmmlearn_rs for the crate) rea
 compute the case once and their values must agree; otherwise the script names the first number that does not and ends
 with exit status 1. Then they take turns, the peers and ours, for some rounds, each on one thread; a round's time is the
 median of its runs, and its ratio is the peer's time over ours. Where a peer has several ways to the same values, all
-are checked, and the one that was fastest then is timed. For the fit of 500 sequences, the same rounds measure the peak
-of the core, too.
+are checked, and the fastest of them is timed. For the fit of 500 sequences, the same rounds also measure the peak of
+the core.
 
 hmm.py and classifiers.py are the cases and say how all sides are the same computation; operations.py counts what a fit
 needs.
@@ -17,7 +17,7 @@ needs.
 
 import os
 
-# Before numpy is imported: its libraries read these once.
+# This stands before the import of numpy, because numpy's libraries read these variables once.
 for _pool in ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMEXPR", "VECLIB_MAXIMUM", "RAYON"):
     os.environ[f"{_pool}_NUM_THREADS"] = "1"
 
@@ -50,7 +50,7 @@ CASES: dict[str, Callable[[Programs], Case]] = {
     "screen-80": partial(screen_case, 10_000, 80),
 }
 SLOW = {"score-1000"}
-"""Only where asked for: hmmlearn takes most of a minute for one run."""
+"""Cases that run only where they are asked for: hmmlearn takes most of a minute for one run."""
 
 
 def arguments() -> argparse.Namespace:
@@ -73,7 +73,7 @@ def arguments() -> argparse.Namespace:
 
 def main() -> int:
     asked = arguments()
-    # hmmlearn warns where the likelihood falls; what climbs is its sum with the log prior.
+    # hmmlearn warns where the likelihood falls. Only the sum of likelihood and log prior must climb.
     logging.getLogger("hmmlearn").setLevel(logging.ERROR)
     try:
         binaries = asked.binary or built_ours(), asked.hmmlearn_rs or built_hmmlearn_rs()

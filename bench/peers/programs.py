@@ -33,7 +33,7 @@ class Program:
         path.write_text(json.dumps(question, default=lambda numbers: numbers.tolist()))
 
         def measure(seconds: float) -> Measured:
-            # Into a file, which is read only where the program failed: a fit whose likelihood falls says so.
+            # Messages go into a file that is read only where the program failed: a falling likelihood prints one.
             with tempfile.TemporaryFile() as said:
                 done = subprocess.run([self.binary, path, str(seconds)], stdout=subprocess.PIPE, stderr=said)
                 said.seek(0)
@@ -48,7 +48,7 @@ class Program:
 
 @dataclass(frozen=True)
 class Programs:
-    """All of them."""
+    """Both Rust sides."""
 
     ours: Program
     """The example `peers` of situ-bench."""
@@ -57,12 +57,12 @@ class Programs:
 
 
 def built_ours() -> Path:
-    """Builds our side; where cargo put it."""
+    """Builds our side. Returns where cargo put it."""
     return built(["--package", "situ-bench", "--example", "peers"], ROOT, "peers")
 
 
 def built_hmmlearn_rs() -> Path:
-    """Builds the peer that is a crate; where cargo put it."""
+    """Builds the peer that is a crate. Returns where cargo put it."""
     return built([], CRATE, "peer-hmmlearn-rs")
 
 

@@ -9,7 +9,7 @@ from values import compare
 
 @dataclass(frozen=True)
 class Row:
-    """What came out of a case for one peer. Times are milliseconds, one a round."""
+    """The results of a case for one peer. Times are milliseconds, one for each round."""
 
     case: str
     package: str
@@ -25,13 +25,13 @@ class Row:
 
 @dataclass(frozen=True)
 class Share:
-    """How much of the core's peak our side of a case reached. Rates are operations a nanosecond, one a round."""
+    """The share of the core's peak that our side of a case reached. Rates are operations per nanosecond, one a round."""
 
     case: str
     operations: int
     reached: list[float]
     peak: list[float]
-    """Of multiplications and additions each by itself."""
+    """The peak of multiplications and additions, each by itself."""
     fused_peak: list[float]
 
     @property
@@ -73,7 +73,7 @@ def fastest(case: Case, peer: Peer, seconds: float) -> tuple[Way, dict[str, floa
     for way in peer.ways:
         measured = way.measure(seconds)
         trials[way.name] = measured.milliseconds
-        # Where the peer is the measure of ours, its values are the ones expected.
+        # Where the peer is the reference for ours, its values are the expected ones.
         found, right = (measured.values(), expected) if peer.expected else (expected, measured.values())
         for label, apart in compare(f"{case.name} ({way.name})", sides, found, right).items():
             agreement[label] = max(apart, agreement.get(label, 0.0))
@@ -81,6 +81,6 @@ def fastest(case: Case, peer: Peer, seconds: float) -> tuple[Way, dict[str, floa
 
 
 def rate(peak: Measure, seconds: float) -> float:
-    """Operations a nanosecond, in the fastest run: what disturbs a run is not the core's."""
+    """Operations per nanosecond in the fastest run, which was disturbed least."""
     measured = peak(seconds)
     return float(measured.values()["operations"][0]) / (1e6 * min(measured.runs))

@@ -88,7 +88,7 @@ def peak(shares: list[Share]) -> list[str]:
 
 
 def write_peers(path: Path, rows: list[Row], about: dict[str, str]) -> None:
-    """One line a case, peer and round."""
+    """One line for each case, peer and round."""
     with path.open("w", newline="") as file:
         table = csv.writer(file, lineterminator="\n")
         table.writerow(["case", "peer", "version", "way", "round", "peer_ms", "ours_ms", "ratio", "agreement", *about])
@@ -100,7 +100,7 @@ def write_peers(path: Path, rows: list[Row], about: dict[str, str]) -> None:
 
 
 def write_peak(path: Path, shares: list[Share], about: dict[str, str]) -> None:
-    """One line a case and round."""
+    """One line for each case and round."""
     with path.open("w", newline="") as file:
         table = csv.writer(file, lineterminator="\n")
         table.writerow(["case", "round", "operations", "ours_gflops", "peak_gflops", "share", "fused_peak_gflops",

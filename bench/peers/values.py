@@ -1,4 +1,4 @@
-"""The numbers that two sides computed, and how near they must be."""
+"""The numbers that two sides computed, and how near to each other they must be."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ Values = dict[str, np.ndarray]
 
 
 class Disagreement(Exception):
-    """A number of one side is not the other's."""
+    """A number of one side differs from that of the other."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ def compare(case: str, sides: tuple[str, str], found: Values, expected: Values) 
             raise Disagreement(f"{case}: {name}: {finder} has {given.size} numbers, {expecter} {right.size}")
         scale = np.abs(right).max() if tolerance.scale is None else tolerance.scale
         apart = np.abs(given - right) / np.maximum(np.abs(right), scale)
-        # Written so that what is not a number is too far off.
+        # This form of the condition is false for NaN, which is then too far off.
         for index in np.flatnonzero(~(apart <= tolerance.relative))[:1]:
             raise Disagreement(f"{case}: {name} {index}: {finder} has {given[index]}, {expecter} {right[index]}, "
                                f"apart by {apart[index]:.1e} where {tolerance.relative:.0e} is allowed")

@@ -20,7 +20,7 @@ impl Archive {
         Self { folder: folder.into() }
     }
 
-    /// Writes a demonstration to `path` below the folder, `.json` added.
+    /// Writes a demonstration to `path`, with `.json` added, below the folder.
     ///
     /// # Errors
     /// [`BenchError::Write`].

@@ -1,7 +1,7 @@
 //! The conditions of a run: what all its parts share.
 //!
-//! Every random draw has a stream that is named by its purpose. No name holds the method: every method meets the same starts, the
-//! same noise of execution and the same teacher.
+//! Every random draw has a stream that is named by its purpose. No name holds the method: every method meets the same
+//! starts, the same noise of execution and the same teacher.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

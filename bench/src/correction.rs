@@ -71,13 +71,13 @@ impl<'a> Robot<'a> {
         &self.lesson
     }
 
-    /// How far its structure is what the teacher meant.
+    /// How far its structure is the one that the teacher meant.
     pub fn structure(&self) -> Option<Structure> {
         self.lesson.score(&self.model.graph())
     }
 
-    /// Folds a correction in; returns its record. Skills that the teacher named are no longer among those that `told` says to have
-    /// changed.
+    /// Folds a correction in; returns its record. Skills that the teacher named are no longer among those that `told`
+    /// says to have changed.
     fn correct(&mut self, shown: Shown, told: &mut Told) -> Result<CorrectionRecord, BenchError> {
         let Shown { failure: Failure { trigger, last, interrupted, .. }, demonstration, effort } = shown;
         let before = self.model.graph();
@@ -94,8 +94,8 @@ impl<'a> Robot<'a> {
 }
 
 impl Conditions<'_> {
-    /// Corrects the robot on a setting until the target is reached or the budget is used up. `before` is its evaluation there.
-    /// What it took is added to the run. Returns the last evaluation.
+    /// Corrects the robot on a setting until the target is reached or the budget is used up. `before` is its evaluation
+    /// there. What it took is added to the run. Returns the last evaluation.
     ///
     /// # Errors
     /// What the task, the teacher or the method refuses; what the archive cannot write; [`BenchError::Interrupted`].
@@ -114,7 +114,8 @@ impl Conditions<'_> {
                 break;
             }
             let Some(shown) = self.shown(robot.model(), setting, &last, round)? else {
-                // There is no failure from which this teacher can still show the way, so no further correction will come.
+                // There is no failure from which this teacher can still show the way, so no further correction will
+                // come.
                 last = self.evaluate(robot.model(), setting, round, Until::Done)?;
                 break;
             };
@@ -143,7 +144,7 @@ impl Conditions<'_> {
         archive.write(&path, demonstration, self.schema, &before)
     }
 
-    /// The first failure of the last evaluation from which the teacher manages to show the way, and what was shown.
+    /// The first failure of the last evaluation from which the teacher manages to show the way, and the demonstration.
     fn shown(
         &self,
         model: &dyn Learned,
@@ -168,7 +169,8 @@ impl Conditions<'_> {
         Ok(None)
     }
 
-    /// The same rollout again, with the teacher watching. The failure is as the teacher finds it, who may come too early or too late.
+    /// The same rollout again, now with the teacher watching, and the failure as the teacher finds it. The teacher may
+    /// come too early or too late.
     fn watch(
         &self,
         model: &dyn Learned,
@@ -186,7 +188,7 @@ impl Conditions<'_> {
         let Some((mut episode, mut rollout)) = watch(Watched::AfterMissing(u32::from(onset == Onset::Late)))? else {
             return Ok(None);
         };
-        // The primitive before the one in which it went wrong: the robot begins anew and is stopped there.
+        // Too early is one primitive before the one that went wrong: the robot begins anew and is stopped there.
         if let (Onset::Early, Some(last)) = (onset, rollout.primitives.len().checked_sub(1))
             && let Some(early) = watch(Watched::UntilPrimitive(last))?
         {

@@ -20,7 +20,8 @@ pub fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     (result, start.elapsed().as_secs_f64())
 }
 
-/// One correction, by itself in a function that is never inlined: callgrind counts what happens between its call and its return.
+/// One correction, by itself in a function that is never inlined. Callgrind counts what happens between its call and
+/// its return.
 ///
 /// # Errors
 /// Where the method refuses the correction.
@@ -29,7 +30,7 @@ pub fn corrected(learned: &mut dyn Learned, correction: Correction<'_>) -> Resul
     learned.correct(correction)
 }
 
-/// A synthetic automaton and the task model that a method learned of it: what updates are measured on.
+/// What updates are measured on: a synthetic automaton, and the task model that a method learned of it.
 pub struct Subject {
     method: &'static str,
     automaton: Automaton,
@@ -37,7 +38,7 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// Makes an automaton and teaches it to a method; the time that takes is not part of any cost.
+    /// Makes an automaton and teaches it to a method. The time of that is not part of any cost.
     ///
     /// # Errors
     /// Where the parameters are out of range; [`BenchError::Argument`] where what was learned is not the automaton.
@@ -63,8 +64,8 @@ impl Subject {
         &*self.learned
     }
 
-    /// What one correction of this edit costs, as a record of a series of a protocol. The seed of the automaton and the number of the
-    /// correction draw where it is. The model stays as it was.
+    /// What one correction of this edit costs, as a record of a series of a protocol. Where the correction begins is
+    /// drawn from the seed of the automaton and the number of the correction. The model stays as it was.
     ///
     /// # Errors
     /// Where the correction cannot be learned.

@@ -1,7 +1,7 @@
-//! Demonstration files: the door for people with their own robot.
+//! Demonstration files, for people with a robot of their own.
 //!
-//! A demonstration is one JSON file. Poses are in the world frame, in metres, quaternions as `[w, x, y, z]`; a state is the
-//! world as the robot perceives it, one number a feature of the schema, in any unit.
+//! A demonstration is one JSON file. Poses are in the world frame: positions in metres, quaternions as `[w, x, y, z]`.
+//! A state is the world as the robot perceives it: one number for each feature of the schema, in any unit.
 //!
 //! ```json
 //! {
@@ -24,26 +24,34 @@
 //! }
 //! ```
 //!
-//! | key | meaning |
-//! |---|---|
-//! | `name` | unique among the files of one call |
-//! | `kind` | `"original"`: the task from its start; `"corrective"`: a part of it, given at a failure |
-//! | `schema` | the features of a state in order, each with the typical size of a difference that matters, above 0; the same in all files of one call |
-//! | `after` | what ran last before the demonstration: `null` for START (always so for an original), or `{"demonstration": name, "segment": index}`, the node that holds that segment of an earlier demonstration, indices from 0 |
-//! | `interrupted` | the primitive that was under way when the robot failed or was stopped, named as in `after`; `null`, or left out, where none was |
-//! | `carried_to_end` | whether the teacher went on to the end of the task: only then is `final_state` an example of END |
-//! | `keyframes` | at least one, in order |
-//! | `reference` | the object that the keyframe is about; consecutive keyframes about one object are a segment |
-//! | `reference_pose` | the object's pose; of the poses of one segment the first counts, for the object may move with the hand |
-//! | `gripper_pose` | the gripper's pose |
-//! | `gripper` | what the gripper is told from this keyframe on: its opening from 0 (closed) to 1 (open), or `{"open": metres}`, or `{"close": newtons}` |
-//! | `hold` | seconds of rest at the keyframe; 0 where it is left out |
-//! | `state` | the world *before* the motion to this keyframe, one number a feature |
-//! | `narration` | what the teacher calls what is being done; may be left out: few methods listen |
-//! | `final_state` | the world after the last keyframe |
+//! The keys:
 //!
-//! A key that is not in this list, one that is missing and one that appears twice are mistakes, as are quaternions whose
-//! length is more than 0.001 from 1; nearer ones are normalised.
+//! - `name`: a name that no other file of the call has.
+//! - `kind`: `"original"`, the task from its start; or `"corrective"`, a part of the task, given at a failure.
+//! - `schema`: the features of a state in order. `scale` is the typical size of a difference that matters, above 0. All
+//!   files of one call have the same schema.
+//! - `after`: what ran last before the demonstration. `null` is START, and always so for an original. Otherwise
+//!   `{"demonstration": name, "segment": index}` is the node that holds that segment of an earlier demonstration;
+//!   indices count from 0.
+//! - `interrupted`: the primitive that was under way when the robot failed or was stopped, named as in `after`. `null`,
+//!   or left out, where none was.
+//! - `carried_to_end`: whether the teacher went on to the end of the task. Only then is `final_state` an example of
+//!   END.
+//! - `keyframes`: at least one, in order. Each has these keys:
+//!   - `reference`: the object that the keyframe is about. Consecutive keyframes about one object are a segment.
+//!   - `reference_pose`: the object's pose. Of the poses of one segment the first counts, because the object may move
+//!     with the
+//!     hand.
+//!   - `gripper_pose`: the gripper's pose.
+//!   - `gripper`: the command to the gripper from this keyframe on: its opening from 0 (closed) to 1 (open), or
+//!     `{"open": metres}`, or `{"close": newtons}`.
+//!   - `hold`: seconds of rest at the keyframe; 0 where it is left out.
+//!   - `state`: the world *before* the motion to this keyframe, one number for each feature.
+//!   - `narration`: the teacher's name for the skill. It may be left out; few methods use it.
+//! - `final_state`: the world after the last keyframe.
+//!
+//! A key that is not in this list is a mistake, and so is a key that is missing or appears twice. A quaternion whose
+//! length is more than 0.001 from 1 is a mistake too; a nearer one is normalised.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -60,10 +68,10 @@ use crate::json_lines::line_of;
 use crate::record::count;
 use crate::stop::Stop;
 
-/// How far the length of a quaternion may be from 1: what a few printed decimals lose.
+/// How far the length of a quaternion may be from 1. A few printed decimals lose so much.
 const QUATERNION_TOLERANCE: f64 = 1e-3;
 
-/// A length this near to 1 is rounding: the quaternion stays as it was written.
+/// A length this near to 1 differs by rounding alone. The quaternion then stays as it was written.
 const QUATERNION_ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// A primitive, named by a segment of an earlier demonstration that its node holds.
@@ -104,7 +112,7 @@ struct File {
     name: String,
     kind: Kind,
     schema: Vec<Feature>,
-    // A field of this type may be left out; one that names its reader may not.
+    // An `Option` may be left out, unless a function is named that reads it.
     #[serde(deserialize_with = "Option::deserialize")]
     after: Option<Instance>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -188,7 +196,7 @@ impl<'de> Visitor<'de> for GripperVisitor {
     }
 }
 
-/// A mistake: its key, and what is wrong and was expected.
+/// A mistake: its key, what is wrong, and what was expected.
 type Mistake = (String, String);
 
 fn mistake(key: impl Into<String>, problem: impl Into<String>) -> Mistake {
@@ -291,7 +299,7 @@ impl Before {
         Self { after: stop.last.map(instance), interrupted: stop.interrupted.map(instance) }
     }
 
-    /// Both, each under its key.
+    /// `after` and `interrupted`, each with its key.
     fn named(&self) -> [(&'static str, Option<&Instance>); 2] {
         [("after", self.after.as_ref()), ("interrupted", self.interrupted.as_ref())]
     }
@@ -368,8 +376,9 @@ fn refuse(path: &Path, text: &str, key: &str, problem: impl Into<String>) -> Ben
     BenchError::Demonstration { path: path.to_owned(), line, key: key.to_owned(), problem: problem.into() }
 }
 
-/// Checks files that are learned together, in the order in which they are learned: they have one schema, no name twice, and
-/// each `after` and `interrupted` is a segment of an earlier demonstration. Returns where the robot had stopped before each.
+/// Checks files that are learned together, in the order in which they are learned: they have one schema, no name twice,
+/// and each `after` and `interrupted` is a segment of an earlier demonstration. Returns where the robot had stopped
+/// before each.
 ///
 /// # Errors
 /// [`BenchError::Demonstration`].

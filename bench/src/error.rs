@@ -12,7 +12,7 @@ use thiserror::Error;
 
 use crate::stop::{Nameless, Unheld};
 
-/// An error of the harness; each variant says where, and what would be right.
+/// An error of the harness. Each variant says where, and what would be right.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum BenchError {
@@ -85,7 +85,7 @@ pub enum BenchError {
     /// Arguments that do not go together.
     #[error("{0}")]
     Argument(String),
-    /// A correction that was given at a node which holds no segment: nothing outside the model can name that node.
+    /// A correction at a node that holds no segment. Outside the model that node has no name.
     #[error("correction `{correction}`: {node} of the model holds no segment, so its stop there cannot be written")]
     Nameless {
         /// The corrective demonstration's name.
@@ -93,7 +93,8 @@ pub enum BenchError {
         /// The node.
         node: NodeId,
     },
-    /// A correction that another model cannot place: none of its nodes holds the segment by which the robot had stopped.
+    /// A correction that another model cannot place, because none of its nodes holds the segment at which the robot
+    /// stopped.
     #[error(
         "correction `{correction}`: `{method}` keeps no node that holds segment {} of demonstration {} (`{key}`)",
         segment.index, segment.demonstration
@@ -127,7 +128,10 @@ pub enum BenchError {
         problem: String,
     },
     /// Records or tables that are not those of the checked folder.
-    #[error("{} {what} differ from the checked folder, the first: {}", names.len(), names.first().map_or("", String::as_str))]
+    #[error(
+        "{} {what} differ from the checked folder, the first: {}",
+        names.len(), names.first().map_or("", String::as_str)
+    )]
     Differs {
         /// `records` or `tables`.
         what: &'static str,
@@ -171,7 +175,7 @@ pub enum BenchError {
 }
 
 impl BenchError {
-    /// A name that nothing has; lists the names there are.
+    /// A name that nothing has, and the names that there are.
     pub fn unknown<'a>(what: &'static str, name: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
         Self::Unknown { what, name: name.to_owned(), known: known.into_iter().collect::<Vec<_>>().join(", ") }
     }

@@ -14,7 +14,8 @@ use crate::error::BenchError;
 use crate::record::Rate;
 use crate::rollout::{Ended, Execute, Rollout, Watched, rollout};
 
-/// Rollouts between two looks at whether the target is out of reach. Fixed, so that no number of threads changes what is rolled out.
+/// Rollouts between two looks at whether the target is out of reach. The number is fixed: what is rolled out must not
+/// depend on the number of threads.
 const BATCH: usize = 4;
 
 /// How long an evaluation goes on.
@@ -35,17 +36,17 @@ pub struct Evaluation {
     pub(crate) ended: BTreeMap<String, u32>,
     /// The rollouts that failed.
     pub(crate) failures: Vec<u32>,
-    /// Whether the physics of one was no longer sound.
+    /// Whether the physics of one of them was no longer sound.
     pub(crate) spoilt: bool,
 }
 
 impl Evaluation {
-    /// No success in so many rollouts.
+    /// An evaluation of so many rollouts without a success.
     pub(crate) fn none(rollouts: u32) -> Self {
         Self { rate: Rate { successes: 0, rollouts }, ended: BTreeMap::new(), failures: Vec::new(), spoilt: false }
     }
 
-    /// Counts a rollout; `None` is one whose start the physics refused.
+    /// Counts a rollout. `None` is a rollout whose start the physics refused.
     fn count(&mut self, index: u32, rollout: Option<Rollout>) {
         self.rate.rollouts += 1;
         let Some(rollout) = rollout.filter(|rollout| rollout.ended != Ended::Spoilt) else {
@@ -63,8 +64,12 @@ impl Evaluation {
 }
 
 impl Conditions<'_> {
-    /// Rolls the model out from fresh starts; `round` names them. An evaluation `until` the target is out of reach stops after the
-    /// batch in which that became certain: enough to know that the model must be corrected further, not to say how well it does.
+    /// Rolls the model out from fresh starts, which `round` names. An evaluation `until` the target is out of reach
+    /// stops after the batch in which that became certain. It then tells that the model must be corrected further, and
+    /// not how well it does.
+    ///
+    /// # Errors
+    /// What the task or the method refuses; [`BenchError::Interrupted`].
     pub fn evaluate(
         &self,
         model: &dyn Learned,
@@ -98,7 +103,7 @@ impl Conditions<'_> {
         f64::from(self.protocol.rollouts - failures) >= self.protocol.target * f64::from(self.protocol.rollouts)
     }
 
-    /// The start of a rollout; `None` where the physics refuses it: spoilt, nobody's failure.
+    /// The start of a rollout. `None` where the physics refuses it: that is spoilt, and nobody's failure.
     pub(crate) fn start(&self, setting: &Arc<Setting>, round: u32, index: u32) -> Result<Option<Episode>, BenchError> {
         match Episode::start(setting, self.stream(setting, "evaluate", &[round, index])) {
             Ok(episode) => Ok(Some(episode)),
@@ -107,6 +112,7 @@ impl Conditions<'_> {
         }
     }
 
+    /// How a rollout is executed, and the random draws of its execution.
     pub(crate) fn execution(
         &self,
         setting: &Setting,
@@ -123,7 +129,7 @@ impl Conditions<'_> {
         f64::from(evaluation.rate.successes) >= self.protocol.target * f64::from(evaluation.rate.rollouts)
     }
 
-    /// The evaluation after the last demonstration of a budget is whole.
+    /// How long the evaluation after a demonstration goes on: to its end after the last demonstration of the budget.
     pub(crate) fn until(&self, index: u32, budget: u32) -> Until {
         if index + 1 == budget { Until::Done } else { Until::OutOfReach }
     }

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use crate::error::BenchError;
 
-/// Writes all of these files, or none: each content goes to a new file beside its target, and the new files take the targets'
-/// places when all of them are written.
+/// Writes all of these files, or none. Each content goes to a new file beside its target. When all of them are written,
+/// the new files take the places of the targets.
 ///
 /// # Errors
 /// [`BenchError::Write`]; [`BenchError::Argument`] where two contents have one target.
@@ -31,13 +31,13 @@ pub fn write_all(files: &[(PathBuf, impl AsRef<[u8]>)]) -> Result<(), BenchError
     };
     let written = write();
     if written.is_err() {
-        // What is left of an unfinished write; a part that is gone already is as well.
+        // The new files that are left of an unfinished write. One that cannot be removed was never there.
         parts.iter().for_each(|part| drop(fs::remove_file(part)));
     }
     written
 }
 
-/// A name in the same folder, so that a rename stays on one file system, and of this process alone.
+/// A name that only this process uses, in the same folder, so that a rename stays on one file system.
 fn beside(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!(".{name}.{}.part", std::process::id()))

@@ -1,4 +1,5 @@
-//! Where a key stands in a JSON text: `serde_json` tells the line of what it cannot read, this of what it could.
+//! The line on which a key stands in a JSON text. `serde_json` tells the line of a mistake that it finds itself. This
+//! tells the line of a value that it could read and that breaks a rule of ours.
 
 /// One step down a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,8 +17,8 @@ fn steps(path: &str) -> impl Iterator<Item = Down<'_>> {
     })
 }
 
-/// The line, from 1, on which the value at `path` begins in `text`, which is valid JSON; where there is no such value, the
-/// line of the innermost part of the path that is there.
+/// The line, from 1, on which the value at `path` begins in `text`, which is valid JSON. Where there is no such value,
+/// it is the line of the innermost part of the path that is there.
 pub(crate) fn line_of(text: &str, path: &str) -> usize {
     let mut cursor = Cursor { bytes: text.as_bytes(), at: 0 };
     cursor.space();
@@ -57,7 +58,7 @@ impl Cursor<'_> {
         is_next
     }
 
-    /// Moves from the start of a container to the start of one of its values; says whether there is one.
+    /// Moves from the start of a container to the start of one of its values. Returns whether there is such a value.
     fn descend(&mut self, step: Down) -> bool {
         let (open, close) = if matches!(step, Down::Key(_)) { (b'{', b'}') } else { (b'[', b']') };
         if !self.take(open) {

@@ -1,7 +1,7 @@
-//! The ledger: JSON Lines, one finished run a line, written as the runs finish.
+//! The ledger: JSON Lines, one line for each finished run, written as the runs finish.
 //!
-//! A crash loses at most the line that was being written: such a torn last line is dropped with a warning, and any other
-//! line that is not a record is an error with file and line. The order of the lines is the order in which runs finished;
+//! A crash loses at most the line that was being written. Such a torn last line is dropped with a warning; any other
+//! line that is not a record is an error with file and line. The lines stand in the order in which runs finished.
 //! [`Canonical`] sorts them, and every table is made of the sorted records.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -21,12 +21,12 @@ use crate::record::{CostRecord, Identity, Record, RunRecord, SCHEMA};
 pub struct Contents {
     /// The records.
     pub records: Vec<Record>,
-    /// What the user should know: torn lines that were dropped.
+    /// Warnings for the user: torn lines that were dropped.
     pub warnings: Vec<String>,
 }
 
 impl Contents {
-    /// What need not be run again.
+    /// The names of the runs that need not be done again.
     pub fn done(&self) -> BTreeSet<Identity> {
         self.records.iter().map(Record::identity).collect()
     }
@@ -67,13 +67,13 @@ fn typed<T: for<'a> Deserialize<'a>>(fields: Value) -> Result<T, String> {
     serde_path_to_error::deserialize(fields).map_err(|error| format!("key `{}`: {}", error.path(), error.inner()))
 }
 
-/// The records of a ledger's text, and the length in bytes of what holds them: less than the text where its end is torn.
+/// The records of a ledger's text, and how many bytes hold them: fewer than the text has where its end is torn.
 fn records(path: &Path, text: &[u8]) -> Result<(Vec<Record>, usize), BenchError> {
     let mut records = Vec::new();
     let mut sound = 0;
     for (index, bytes) in text.split_inclusive(|byte| *byte == b'\n').enumerate() {
         let refuse = |problem| BenchError::Ledger { path: path.to_owned(), line: index + 1, problem };
-        // Every proper beginning of a JSON object ends too early, and nothing else does.
+        // A text ends too early if and only if it is the beginning of a JSON object.
         let ends_early = || serde_json::from_slice::<Value>(bytes).is_err_and(|error| error.is_eof());
         if bytes.last() != Some(&b'\n') && ends_early() {
             break;
@@ -92,7 +92,7 @@ fn torn_warning(path: &Path, line: usize) -> String {
 /// Reads a ledger.
 ///
 /// # Errors
-/// [`BenchError::Read`]; [`BenchError::Ledger`] for a line that is not a record, a torn last line excepted.
+/// [`BenchError::Read`]; [`BenchError::Ledger`] for a line that is not a record, except a torn last one.
 pub fn read(path: &Path) -> Result<Contents, BenchError> {
     let text = fs::read(path).map_err(|source| BenchError::Read { path: path.to_owned(), source })?;
     let (records, sound) = records(path, &text)?;
@@ -100,8 +100,8 @@ pub fn read(path: &Path) -> Result<Contents, BenchError> {
     Ok(Contents { records, warnings })
 }
 
-/// Reads several ledgers as one: the shards of a protocol, say. A run that is in two of them counts once. Also returns the
-/// warnings.
+/// Reads several ledgers as one: the shards of a protocol, say. A run that is in two of them counts once. Also returns
+/// the warnings.
 ///
 /// # Errors
 /// As [`read`]; [`BenchError::Conflict`] where two records of one run differ in more than their times.
@@ -146,7 +146,7 @@ impl Deref for Canonical {
     }
 }
 
-/// A ledger's text: a line a record, in the order given.
+/// A ledger's text: one line for each record, in the order given.
 pub fn text(records: &[Record]) -> String {
     records.iter().map(render).collect()
 }
@@ -159,8 +159,8 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// Opens a ledger to add to it, or begins one; its folder must be there. Also returns what it holds, so that finished
-    /// runs need not be done again. A torn last line is cut off the file.
+    /// Opens a ledger to add to it, or begins one; its folder must be there. Also returns what it holds, so that
+    /// finished runs need not be done again. A torn last line is cut off the file.
     ///
     /// # Errors
     /// As [`read`]; [`BenchError::Write`].
@@ -179,13 +179,13 @@ impl Ledger {
             contents.warnings.push(torn_warning(path, contents.records.len() + 1));
             ledger.file.set_len(sound as u64).map_err(wrong)?;
         } else if text.last().is_some_and(|byte| *byte != b'\n') {
-            // A whole record that lacks nothing but its line feed.
+            // A whole record without its line feed.
             ledger.file.write_all(b"\n").map_err(wrong)?;
         }
         Ok((ledger, contents))
     }
 
-    /// Adds a record: one write of one whole line, handed to the disk before this returns.
+    /// Adds a record by one write of one whole line, which is handed to the disk before this returns.
     ///
     /// # Errors
     /// [`BenchError::Write`]; [`BenchError::Record`] where the line would not read back as the record (a number that is
@@ -244,7 +244,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 
-        /// A write that stops anywhere costs its own line and no other; the ledger goes on from there.
+        /// A write that stops anywhere loses its own line and no other. The ledger goes on from there.
         #[test]
         fn a_torn_last_line_is_dropped_with_a_warning(records in 1_usize..5, share in 0.0..1.0_f64) {
             let whole = text(&sample::records()[..records]);
@@ -281,7 +281,7 @@ mod tests {
             ("{\"schema\":1,\n".to_owned(), "not JSON"),
             ("\n".to_owned(), "not JSON"),
             ("[1]\n".to_owned(), "expected an object"),
-            // Not torn: a whole object that is no record, or text that no cut of a record ends in.
+            // These are not torn: a whole object that is no record, and a text that is no beginning of a record.
             ("{\"schema\":1}".to_owned(), "key `kind`"),
             ("{\"schema\":1]".to_owned(), "not JSON"),
         ];

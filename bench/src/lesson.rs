@@ -1,4 +1,5 @@
-//! What a robot was shown, in order, and where it had stopped: to score its model by it, and to teach another model the same.
+//! What a robot was shown, in order, and where it had stopped: to score its model by it, and to teach another model the
+//! same.
 
 use situ::correction::Correction;
 use situ::demonstration::{Demonstration, Schema};
@@ -60,12 +61,12 @@ impl Lesson {
         self.truth.score(model)
     }
 
-    /// What another method makes of the lesson. Its graphs must name the same segments. A correction begins after the primitive that
-    /// holds what it began after.
+    /// What another method makes of the lesson. Its graphs must name the same segments. A correction begins after the
+    /// primitive that holds what it began after.
     ///
     /// # Errors
-    /// Where that method refuses a demonstration; [`BenchError::Nameless`], [`BenchError::Unheld`] where a correction's stop is no
-    /// place of its model.
+    /// Where that method refuses a demonstration; [`BenchError::Nameless`], [`BenchError::Unheld`] where a correction's
+    /// stop is no place of its model.
     pub fn taught_to(&self, method: &dyn Method, schema: &Schema, seed: u64) -> Result<Box<dyn Learned>, BenchError> {
         let mut learned = method.teach(schema, &self.originals, seed)?;
         for Given { demonstration, stop } in &self.corrections {

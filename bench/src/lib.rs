@@ -1,12 +1,14 @@
 //! The harness of the benchmark of learning from corrective demonstrations, and its program `situ-bench`.
 //!
-//! The way of the data, once round: a task file becomes a world ([`situ_tasks::Episode`]); a teacher shows the task in it
-//! ([`situ_teachers::Teacher`]); a method makes a task model of what was shown ([`situ::method::Method`]); [`mod@rollout`] executes
-//! the model in a changed world; from the snapshot of a failure the teacher gives a correction; [`session`] does that until the
-//! model succeeds or the budget is used up; [`runner`] does all runs of a [`protocol`]; each is a [`record`] of the [`ledger`], and
-//! the [`tables`] are projections of those.
+//! The way of the data, once round: a task file becomes a world ([`situ_tasks::Episode`]). A teacher shows the task in
+//! it ([`situ_teachers::Teacher`], [`teaching`]). A method makes a task model of what was shown
+//! ([`situ::method::Method`]), and [`mod@rollout`] executes the model in a changed world ([`evaluation`]). From the
+//! snapshot of a failure the teacher gives a [`mod@correction`]. A [`session`] does that until the model succeeds or
+//! the budget is used up, and a [`runner`] does all sessions of a [`plan`]. Each is a [`record`] of the [`ledger`], and
+//! the [`tables`] are projections of those. What updates cost is measured on [`synthetic`] automata ([`cost`]) and held
+//! against baselines by the [`gate`].
 //!
-//! How to add a method, a task, a teacher or a table: [`extending`]; a task from nothing, step by step: [`tutorial`].
+//! How to add a method, a task, a teacher or a table: [`extending`]. A task from nothing, step by step: [`tutorial`].
 
 pub mod archive;
 pub mod cmd;
@@ -17,6 +19,9 @@ pub mod demonstration_file;
 pub mod error;
 pub mod evaluation;
 #[doc = include_str!("../docs/extending.md")]
+#[doc = "```"]
+#[doc = include_str!("../examples/method.rs")]
+#[doc = "```"]
 pub mod extending {}
 pub mod files;
 pub mod gate;

@@ -1,7 +1,7 @@
-//! `situ-bench`: the benchmark of learning from corrective demonstrations. One verb each; every verb explains itself with
-//! `--help`.
+//! `situ-bench`: the benchmark of learning from corrective demonstrations. Each verb explains itself with `--help`.
 //!
-//! Exit status: 0; 1 where the machine failed (a disk, say); 2 where the input was bad, and then nothing is half-written.
+//! Exit status: 0; 1 where the machine failed (a disk, say) or a check did; 2 where the input was bad, and then nothing
+//! is written by halves.
 
 use std::io::{self, ErrorKind, Write};
 use std::path::PathBuf;
@@ -11,13 +11,23 @@ use clap::{Parser, Subcommand};
 use situ_bench::cmd::{check::Check, cost::Cost, learn::Learn, list::List, run::Run, show::Show, tables::Tables};
 use situ_bench::error::BenchError;
 
-/// The benchmark of learning from corrective demonstrations: task models as automata of primitives, and what it takes and
-/// costs to correct them.
+/// The benchmark of learning from corrective demonstrations: task models as automata of primitives, what it takes to
+/// correct them, and what an update costs.
 #[derive(Parser)]
 #[command(
     name = "situ-bench",
     version,
-    after_help = "Without a verb: run.\n\nExamples:\n  situ-bench run --task pour\n  situ-bench show pour/lid --failure\n  situ-bench check pour\n  situ-bench list methods\n  situ-bench tables quick.jsonl --out tables\n  situ-bench learn original.json --correct correction.json --dot model.dot\n\nExit status: 0; 1 where the machine failed; 2 where the input was bad."
+    after_help = "Without a verb: run.
+
+Examples:
+  situ-bench run --task pour
+  situ-bench show pour/lid --failure
+  situ-bench check pour
+  situ-bench list methods
+  situ-bench tables quick.jsonl --out tables
+  situ-bench learn original.json --correct correction.json --dot model.dot
+
+Exit status: 0; 1 where the machine or a check failed; 2 where the input was bad."
 )]
 struct Arguments {
     #[command(subcommand)]
@@ -64,7 +74,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Prints to standard output. A reader who has seen enough and closed the pipe is no failure.
+/// Prints to standard output. It is no failure where the reader has closed the pipe.
 fn print(text: &str) -> Result<(), BenchError> {
     match io::stdout().write_all(text.as_bytes()) {
         Err(source) if source.kind() != ErrorKind::BrokenPipe => {

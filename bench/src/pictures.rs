@@ -1,7 +1,7 @@
 //! Pictures of a performance: of its start, of chosen moments side by side, and of all of it as a film.
 //!
-//! A performance is run twice, bit for bit alike: the first time to learn where things go and when keyframes are reached, so
-//! that one camera has all of it in view; the second time to render the moments that are wanted, and only those.
+//! A performance is run twice, bit for bit alike. The first run tells where things go and when keyframes are reached,
+//! so that one camera has all of it in view. The second run renders the moments that are wanted, and no others.
 
 use std::collections::BTreeSet;
 
@@ -18,25 +18,25 @@ pub const FILM_SPEED: u16 = 3;
 /// How long the last picture of a film stays, seconds of the viewer's time.
 const REST: u16 = 1;
 
-/// A film gets no more pictures than this: a longer performance is filmed at a lower rate, so that its file stays small.
+/// The most pictures of a film. A longer performance is filmed at a lower rate, so that its file stays small.
 const MOST_FRAMES: usize = 400;
 
 /// The most pictures in a strip.
 const MOST_STILLS: usize = 8;
 
-/// The widest strip in pixels; what does not fit goes into further rows.
+/// The widest strip, in pixels. Pictures that do not fit go into further rows.
 const WIDEST_STRIP: u32 = 2000;
 
-/// Steps between two looks at where things are: things move by less than a centimetre in them.
+/// Steps between two looks at where things are. In so many steps, things move by less than a centimetre.
 const LOOK_EVERY: usize = 16;
 
-/// Worlds rendered at a time: enough to keep all processors busy, few enough to hold.
+/// Worlds that are rendered at a time: enough to keep all processors busy, and few enough for the memory.
 const BATCH: usize = 16;
 
 /// Pixels: width and height of a picture.
-pub type Size = [u32; 2];
+pub type PixelSize = [u32; 2];
 
-/// What the first run tells the second: where things go, and the hand's pose after each step.
+/// What the first run says to the second: where things go, and the hand's pose after each step.
 pub struct Track {
     names: Vec<String>,
     boxes: Vec<[[f64; 3]; 2]>,
@@ -66,11 +66,11 @@ impl Track {
     }
 
     /// The camera that has all of the performance in view.
-    pub fn camera(&self, [width, height]: Size) -> Camera {
+    pub fn camera(&self, [width, height]: PixelSize) -> Camera {
         Camera::around(&self.boxes, f64::from(width) / f64::from(height))
     }
 
-    /// The last step at which the hand rests at each of these poses, one after the other; steps count from 1.
+    /// The last step at which the hand rests at each of these poses, one after the other. Steps count from 1.
     pub fn rests<'a>(&self, poses: impl IntoIterator<Item = &'a Pose>) -> Vec<usize> {
         let mut from = 0;
         let rest = |pose: &Pose| {
@@ -100,10 +100,10 @@ pub fn even_selection(moments: &[usize]) -> Vec<usize> {
     (0..wanted).map(|nth| moments[index(nth)]).collect()
 }
 
-/// The second run: renders what is wanted.
+/// The second run, which renders the wanted moments.
 pub struct Shooting {
     camera: Camera,
-    size: Size,
+    size: PixelSize,
     every: usize,
     stills_at: BTreeSet<usize>,
     step: usize,
@@ -114,7 +114,7 @@ pub struct Shooting {
     refused: Option<SimError>,
 }
 
-/// What a world is rendered for.
+/// The purposes for which a world is rendered.
 #[derive(Clone, Copy)]
 struct Wanted {
     film: bool,
@@ -122,8 +122,9 @@ struct Wanted {
 }
 
 impl Shooting {
-    /// Will film the performance that begins here, whose track is known, and take a still picture after each of these steps.
-    pub fn new(track: &Track, episode: &Episode, size: Size, stills_at: &[usize]) -> Self {
+    /// A shooting that will film the performance that begins here, whose track is known, and take a still picture after
+    /// each of these steps.
+    pub fn new(track: &Track, episode: &Episode, size: PixelSize, stills_at: &[usize]) -> Self {
         let mut shooting = Self {
             camera: track.camera(size),
             size,
@@ -140,7 +141,7 @@ impl Shooting {
         shooting
     }
 
-    /// Takes the pictures that are wanted of a step.
+    /// Takes the pictures of a step, if any are wanted.
     pub fn see(&mut self, world: &World) {
         self.step += 1;
         self.take(world);
@@ -179,7 +180,7 @@ impl Shooting {
     /// The film and the strip.
     ///
     /// # Errors
-    /// The film could not be made.
+    /// Where the film could not be made.
     pub fn finish(mut self) -> Result<(Film, Image), SimError> {
         self.develop();
         self.film.rest(REST * FILM_RATE * FILM_SPEED);
@@ -200,7 +201,7 @@ fn strip(stills: &[Image]) -> Image {
 }
 
 /// The start of an episode, twice as wide and high as the other pictures.
-pub fn start(track: &Track, episode: &Episode, size: Size) -> Image {
+pub fn start(track: &Track, episode: &Episode, size: PixelSize) -> Image {
     let [width, height] = size.map(|pixels| 2 * pixels);
     track.camera(size).render(episode.world(), width, height)
 }

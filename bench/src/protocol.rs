@@ -14,7 +14,7 @@ use crate::synthetic::{Applicable, Parameters};
 pub struct Budget {
     /// Original demonstrations before the first evaluation.
     pub least_originals: u32,
-    /// Original demonstrations at the most; a seed that needs more is `untaught`.
+    /// Original demonstrations at the most. A seed that needs more is `untaught`.
     pub originals: u32,
     /// Corrections at the most.
     pub corrections: u32,
@@ -22,7 +22,8 @@ pub struct Budget {
     pub from_scratch: u32,
 }
 
-/// A series of measurements of update cost on synthetic automata, no physics: one thing varies, the rest is held.
+/// A series of measurements of update cost on synthetic automata, without physics. One thing varies and the rest is
+/// held.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CostSeries {
@@ -35,7 +36,8 @@ pub struct CostSeries {
     /// Numbers of original demonstrations.
     #[serde(default = "CostSeries::usual_originals")]
     pub originals: Vec<u32>,
-    /// How many kinds of state there are: |Z| then grows with the automaton. |Z| is held fixed where this is not given.
+    /// How many kinds of state there are; |Z| then grows with the automaton. Where this is not given, |Z| is held
+    /// fixed.
     #[serde(default)]
     pub cells: Option<u32>,
     /// Draws of each.
@@ -76,19 +78,21 @@ pub struct Protocol {
     pub teachers: Vec<String>,
     /// Methods.
     pub methods: Vec<String>,
-    /// Those of them whose model is compared with the pooled one: what `rebuild` makes of the same demonstrations at once.
+    /// Those of them whose model is compared with the pooled one: what `rebuild` makes of the same demonstrations at
+    /// once.
     #[serde(default, rename = "joint")]
     pub pooled: Vec<String>,
     /// Whether the families' sequences of variations are run, too.
     #[serde(default)]
     pub sequences: bool,
-    /// Seeds a cell.
+    /// Seeds of each cell.
     pub seeds: u64,
     /// Success rate at which a task counts as taught, above 0 and at most 1.
     pub target: f64,
     /// Rollouts of an evaluation.
     pub rollouts: u32,
-    /// A child less probable than this is not executed: `NoConfidentChild` (decision D11).
+    /// A child that is less probable than this is not executed; the rollout ends with `NoConfidentChild` (decision
+    /// D11).
     pub confidence: f64,
     /// How policies are executed (decision D15).
     pub execution: Execution,
@@ -136,7 +140,7 @@ impl Protocol {
         Self::parse(&text, path)
     }
 
-    /// The same protocol with nothing to carry the hand, under a name of its own: its runs are other runs.
+    /// The same protocol with nothing to carry the hand. It has a name of its own, because its runs are other runs.
     #[must_use]
     pub fn without_arm(self) -> Self {
         let source = format!("# Run with --plant hand, as `{}-hand`.\n{}", self.name, self.source);

@@ -12,7 +12,7 @@ use situ_teachers::convert::{gripper_command, observe};
 
 use crate::error::BenchError;
 
-/// Primitives in one rollout after which it is stopped: more than twice what the longest task needs.
+/// A rollout is stopped after so many primitives: more than twice what the longest task needs.
 const MOST_PRIMITIVES: usize = 40;
 
 /// How a rollout ended.
@@ -28,13 +28,13 @@ pub enum Ended {
     Aborted,
     /// The arm could not hold the hand at a keyframe.
     OutOfReach,
-    /// No way to a keyframe was found on which the arm runs into nothing.
+    /// The arm found no free way to a keyframe.
     NoPlan,
     /// Time was up, or too many primitives ran.
     TimeOut,
     /// The watching teacher stopped the robot, for this reason.
     Stopped(String),
-    /// The numbers of the physics were no longer sound: nobody's failure.
+    /// The numbers of the physics were no longer sound. That is nobody's failure.
     Spoilt,
 }
 
@@ -76,7 +76,7 @@ pub enum Watched {
     UntilPrimitive(usize),
 }
 
-/// A teacher who watches: how many of the setting's moments are still to be missed.
+/// A teacher who watches, and how many of the setting's moments have been missed so far.
 struct Watch {
     watched: Watched,
     missed: u32,
@@ -95,7 +95,7 @@ impl Watch {
     }
 }
 
-/// Why the robot was stopped by a teacher who steps in before anything has gone wrong.
+/// The reason of a teacher who stops the robot before anything has gone wrong.
 const TOO_EARLY: &str = "stopped early";
 
 /// What happened.
@@ -113,10 +113,11 @@ pub struct Rollout {
     pub primitives: Vec<(Place, f64)>,
 }
 
-/// Executes the model from where the episode stands, as if nothing had run before. `observer` sees every simulated step.
+/// Executes the model from where the episode stands, as if nothing had run before. `observer` sees every simulated
+/// step.
 ///
 /// # Errors
-/// Where the model names a node that it does not hold: a fault of the method's.
+/// Where the model names a node that it does not hold, which is a fault of the method.
 pub fn rollout(
     model: &dyn Learned,
     episode: &mut Episode,
@@ -151,7 +152,7 @@ pub fn rollout(
             interrupted = Some(node);
             break reason;
         }
-        // What the teacher sees after a primitive, it sees after the primitive has run.
+        // A teacher who stops the robot after a primitive stops it after that primitive has run to its end.
         last = child;
         if let Some(reason) = watch.stops(episode, Moment::After, &reference) {
             break reason;
@@ -161,7 +162,7 @@ pub fn rollout(
     Ok(Rollout { ended, last, interrupted, success: episode.succeeded(), primitives })
 }
 
-/// Performs one primitive; says why where it was not performed to its end.
+/// Performs one primitive. Returns why it was not performed to its end, if it was not.
 fn perform(
     episode: &mut Episode,
     watch: &mut Watch,
@@ -196,9 +197,9 @@ fn perform(
     None
 }
 
-/// A learned command is a mean: within these of the command in force it is that command, metres and newtons.
+/// A learned command is a mean. Within this of the command in force, it is that command. Metres.
 const SAME_OPENING: f64 = 1e-3;
-/// See [`SAME_OPENING`].
+/// The same for a force, newtons.
 const SAME_FORCE: f64 = 0.5;
 
 fn same(left: Gripper, right: Gripper) -> bool {

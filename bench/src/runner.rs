@@ -60,7 +60,8 @@ struct SequenceLeft<'a> {
     stages: BTreeSet<usize>,
 }
 
-/// The original task as each model of it was taught, by [`Method::original`], with the first method that has that model.
+/// The original task as each model of it was taught, by [`Method::original`], with the first method that has that
+/// model.
 type Originals<'a> = BTreeMap<&'static str, (&'a dyn Method, OriginalTask)>;
 
 impl<'a> Runner<'a> {

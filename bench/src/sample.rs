@@ -86,7 +86,7 @@ fn structure(nodes: u32, duplicates: u32, missed: u64) -> Structure {
     }
 }
 
-/// A corrected run that is compared with the same lesson learned at once.
+/// A corrected run that is compared with the pooled model.
 fn compared(seed: u64) -> Record {
     let mut record = run("situ:literal", seed, Outcome::Reached, 1, &[Edit::NodeAddition]);
     let Record::Run(run) = &mut record else { unreachable!() };
@@ -98,7 +98,7 @@ fn compared(seed: u64) -> Record {
     record
 }
 
-/// The second stage of a sequence: the model that the lid left meets a vase, and does the lid no more.
+/// The second stage of a sequence. The model that the lid left meets a vase, and no longer does the lid.
 fn stage() -> Record {
     let Record::Run(mut run) = run("situ", 0, Outcome::Reached, 2, &[Edit::NodeModification]) else { unreachable!() };
     run.key.variation = "vase".to_owned();
@@ -127,7 +127,8 @@ pub(crate) fn cost(method: &str, nodes: u32, seed: u64, work: u64, update_second
     })
 }
 
-/// Two methods of corrections and teaching from scratch, one untaught and one spoilt run, a stage; costs at three sizes.
+/// Two methods of corrections and teaching from scratch, one untaught and one spoilt run, a stage; costs at three
+/// sizes.
 pub(crate) fn records() -> Vec<Record> {
     use Edit::{EdgeAddition, NodeAddition, None};
     let mut records = vec![

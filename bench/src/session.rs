@@ -14,7 +14,8 @@ use crate::record::{Key, Outcome, Pooled, Rate, RunRecord, TeachingEffort};
 use crate::teaching::OriginalTask;
 
 impl Conditions<'_> {
-    /// The original model on the changed task: what a method starts from. Nothing is rolled out where there is no such model.
+    /// The original model on the changed task, from which a method starts. Where there is no such model, nothing is
+    /// rolled out.
     pub fn before(
         &self,
         task: &OriginalTask,
@@ -64,8 +65,8 @@ impl Conditions<'_> {
         Ok(run)
     }
 
-    /// The runs of one method on a sequence of settings, each with the model as the one before left it. Nothing for a method that is
-    /// taught anew: it would meet each setting as if it were alone.
+    /// The runs of one method on a sequence of settings. Each begins with the model that the one before left. There are
+    /// none for a method that is taught anew, because it would meet each setting as if that were alone.
     pub fn run_sequence(
         &self,
         name: &str,
@@ -91,7 +92,8 @@ impl Conditions<'_> {
                 };
                 let before = self.evaluate(robot.model(), setting, 0, Until::Done)?;
                 run.before = Some(before.rate);
-                // What it cannot mend it is not corrected for; the model goes on to the next stage as it is.
+                // Where the method cannot make the edit, it is not corrected, and the model goes on to the next stage
+                // as it is.
                 let is_applicable = method.edits().contains(&run.key.edit);
                 let last = match method.role() {
                     _ if !is_applicable => before,
@@ -114,7 +116,8 @@ impl Conditions<'_> {
         Ok(runs)
     }
 
-    /// Success on the original task, from the starts at which it was learned. A model that was not corrected is as it was.
+    /// Success on the original task, from the starts of the evaluation after it was learned. A model that was not
+    /// corrected has the same success as then.
     fn retained(&self, model: &dyn Learned, task: &OriginalTask, corrected: bool) -> Result<Rate, BenchError> {
         if !corrected {
             return Ok(task.rate);
@@ -122,8 +125,9 @@ impl Conditions<'_> {
         Ok(self.evaluate(model, &task.setting, task.round, Until::Done)?.rate)
     }
 
-    /// The same lesson learned at once by full retraining. Both models meet starts by which no correction was called for or left out, or
-    /// the corrected one, which was corrected until it succeeded, would be favoured.
+    /// The comparison with the pooled model, which full retraining makes of the same demonstrations at once. Both
+    /// models meet fresh starts, which did not decide about any correction. Otherwise the corrected model, which was
+    /// corrected until it succeeded, would be favoured.
     fn pooled(&self, robot: &Robot<'_>, setting: &Arc<Setting>, task: &OriginalTask) -> Result<Pooled, BenchError> {
         let model = robot.lesson().taught_to(&*method::joint(), self.schema, self.learner_seed())?;
         let fresh = self.protocol.budget.corrections + 1;
@@ -146,7 +150,7 @@ impl Conditions<'_> {
     }
 }
 
-/// A run of which nothing is known but what teaching the original task took.
+/// A run at its beginning. All that is known is what teaching the original task took.
 fn begun(key: Key, task: &OriginalTask) -> RunRecord {
     RunRecord {
         key,

@@ -1,7 +1,8 @@
 //! Summaries of runs: proportions, means, ratios and slopes, each with a 95 % interval.
 //!
-//! The test values are those of the benchmark's reference (`metrics`). Roots, logarithms and exponentials come from `libm`,
-//! sums run in the order of the data, and resampling takes its seed from the caller: equal data give equal bytes.
+//! The test values are those of the benchmark's reference (`metrics`). Roots, logarithms and exponentials come from
+//! `libm`, sums run in the order of the data, and resampling takes its seed from the caller: equal data give equal
+//! bytes.
 
 use rand::RngExt;
 use rand::SeedableRng;
@@ -12,7 +13,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 const NORMAL_975: f64 = 1.959_963_984_540_054;
 /// The tails that a 95 % interval leaves out, as probabilities.
 const TAILS: (f64, f64) = (0.025, 0.975);
-/// Resamples of a bootstrap: the percentiles at 2.5 % then rest on 50 draws a tail.
+/// Resamples of a bootstrap. The percentiles at 2.5 % then rest on 50 draws in each tail.
 pub const RESAMPLES: usize = 2000;
 
 /// An estimate with its 95 % interval.
@@ -26,7 +27,7 @@ pub struct Estimate {
     pub high: f64,
 }
 
-/// The Wilson 95 % interval of `successes` out of `trials` (Wilson 1927); [0, 1] of no trial.
+/// The Wilson 95 % interval of `successes` out of `trials` (Wilson 1927); [0, 1] where there is no trial.
 ///
 /// Unlike the Wald interval it does not collapse at 0 and 1: 20 of 20 gives [0.839, 1.0].
 pub fn wilson(successes: u32, trials: u32) -> (f64, f64) {
@@ -36,18 +37,18 @@ pub fn wilson(successes: u32, trials: u32) -> (f64, f64) {
     let (k, n, square) = (f64::from(successes), f64::from(trials), NORMAL_975 * NORMAL_975);
     let centre = (k + square / 2.0) / (n + square);
     let half = NORMAL_975 / (n + square) * libm::sqrt(k * (n - k) / n + square / 4.0);
-    // At the ends the formula is exact, its rounding is not.
+    // At the ends the formula is exact and its rounding is not.
     let low = if successes == 0 { 0.0 } else { (centre - half).max(0.0) };
     let high = if successes >= trials { 1.0 } else { (centre + half).min(1.0) };
     (low, high)
 }
 
-/// The arithmetic mean; `None` of nothing.
+/// The arithmetic mean; `None` where there is no value.
 pub fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// The median: the mean of the two middle values of an even number; `None` of nothing.
+/// The median: of an even number of values, the mean of the two middle ones. `None` where there is no value.
 pub fn median(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -55,7 +56,7 @@ pub fn median(values: &[f64]) -> Option<f64> {
     Some(if sorted.len() % 2 == 1 { upper } else { 0.5 * (sorted[sorted.len() / 2 - 1] + upper) })
 }
 
-/// The quantile (0 to 1), linear between ranks; `None` of nothing.
+/// The quantile (0 to 1), linear between ranks; `None` where there is no value.
 pub fn quantile(values: &[f64], share: f64) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -70,8 +71,9 @@ fn percentile(sorted: &[f64], share: f64) -> f64 {
     sorted[below] + (rank - below as f64) * (sorted[above] - sorted[below])
 }
 
-/// The percentile bootstrap of a statistic of `n` things: `statistic` takes the indices of a resample. A resample of which
-/// it says `None` is left out. `None` of nothing, and where the things themselves give none.
+/// The percentile bootstrap of a statistic of `n` things. `statistic` takes the indices of a resample; a resample for
+/// which it is `None` is left out. `None` where there is nothing to resample, and where the statistic of the things
+/// themselves is `None`.
 pub fn bootstrap(n: usize, seed: u64, statistic: impl Fn(&[usize]) -> Option<f64>) -> Option<Estimate> {
     if n == 0 {
         return None;
@@ -96,11 +98,12 @@ pub fn bootstrap(n: usize, seed: u64, statistic: impl Fn(&[usize]) -> Option<f64
 pub struct RestrictedMean {
     /// E[min(T, budget)], with a bootstrap interval over the runs.
     pub estimate: Estimate,
-    /// Runs that used the budget up: where there is one, the mean without a budget is greater.
+    /// Runs that used the budget up. Where there is one, the mean without a budget is greater.
     pub censored: usize,
 }
 
-/// The restricted mean over runs, each what it spent and whether it was censored at the budget; `None` of no run.
+/// The restricted mean over runs. Each is what it spent, and whether it was censored at the budget. `None` where there
+/// is no run.
 pub fn restricted_mean(spent: &[(f64, bool)], seed: u64) -> Option<RestrictedMean> {
     let value = |drawn: &[usize]| mean(&drawn.iter().map(|index| spent[*index].0).collect::<Vec<_>>());
     let estimate = bootstrap(spent.len(), seed, value)?;
@@ -125,7 +128,8 @@ pub struct PowerLaw {
     pub exponent: Estimate,
 }
 
-/// A power law by least squares of ln y over ln x, the exponent with Student's 95 % interval of n − 2 degrees of freedom.
+/// A power law by least squares of ln y over ln x. The exponent has Student's 95 % interval of n − 2 degrees of
+/// freedom.
 ///
 /// `None` where there are fewer than three points, a coordinate is not above 0, or every x is the same.
 pub fn power_law(points: &[(f64, f64)]) -> Option<PowerLaw> {
@@ -149,8 +153,8 @@ pub fn power_law(points: &[(f64, f64)]) -> Option<PowerLaw> {
     Some(PowerLaw { log_factor: y - value * x, exponent })
 }
 
-/// The interquartile mean of per-run scores pooled over tasks: a quarter of the values, rounded down, is left out at each
-/// end (Agarwal et al. 2021). `None` of nothing.
+/// The interquartile mean of per-run scores pooled over tasks: a quarter of the values, rounded down, is left out at
+/// each end (Agarwal et al. 2021). `None` where there is no score.
 pub fn interquartile_mean(scores: &[f64]) -> Option<f64> {
     let mut sorted = scores.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -159,7 +163,7 @@ pub fn interquartile_mean(scores: &[f64]) -> Option<f64> {
 }
 
 /// The probability that a run of X scores above a run of Y on one task, ties counted half, averaged over tasks
-/// (Agarwal et al. 2021). One pair of slices a task; `None` where there is no task or one without runs.
+/// (Agarwal et al. 2021). Each task is one pair of slices. `None` where there is no task, or a task without runs.
 pub fn probability_of_improvement(tasks: &[(&[f64], &[f64])]) -> Option<f64> {
     let on_task = |(x, y): &(&[f64], &[f64])| {
         let wins = x.iter().flat_map(|x| y.iter().map(move |y| if x > y { 1.0 } else { f64::from(x == y) / 2.0 }));
@@ -173,7 +177,8 @@ pub fn probability_of_improvement(tasks: &[(&[f64], &[f64])]) -> Option<f64> {
 pub struct Retention {
     /// Forward transfer: (1/N) Σ r_{n|n}.
     pub forward: f64,
-    /// Negative backward transfer: (1/(N−1)) Σ_{n<N} (1/(N−n)) Σ_{m>n} (r_{n|n} − r_{n|m}); `None` of a single task.
+    /// Negative backward transfer: (1/(N−1)) Σ_{n<N} (1/(N−n)) Σ_{m>n} (r_{n|n} − r_{n|m}); `None` where there is one
+    /// task alone.
     pub negative_backward: Option<f64>,
     /// Area under the success curve: (1/N) Σ_n (1/(N−n+1)) Σ_{m≥n} r_{n|m}.
     pub area: f64,
@@ -239,8 +244,8 @@ mod tests {
         }
     }
 
-    /// By hand: x = 1, e, e² and ln y = 0, 2, 1. Slope 0.5 about the point (1, 1), residuals −0.5, 1, −0.5, its standard error √(1.5/2), and
-    /// t(0.975, 1 degree of freedom) = tan(0.475 π).
+    /// By hand: x = 1, e, e² and ln y = 0, 2, 1. Slope 0.5 about the point (1, 1), residuals −0.5, 1, −0.5, its
+    /// standard error √(1.5/2), and t(0.975, 1 degree of freedom) = tan(0.475 π).
     #[test]
     fn a_slope_by_hand() {
         let e = std::f64::consts::E;
@@ -253,7 +258,8 @@ mod tests {
         assert_eq!(power_law(&[(2.0, 1.0), (2.0, 2.0), (2.0, 3.0)]), None);
     }
 
-    /// With two values the resampled mean is a, (a + b)/2 or b, with probabilities 1/4, 1/2, 1/4: so the interval is [a, b].
+    /// With two values the resampled mean is a, (a + b)/2 or b, with probabilities 1/4, 1/2, 1/4. So the interval is
+    /// [a, b].
     #[test]
     fn bootstrap_of_two_values_spans_both() {
         let mean = restricted_mean(&[(1.0, false), (4.0, true)], 7).unwrap();
@@ -279,7 +285,8 @@ mod tests {
         /// A power law is recovered, whatever its exponent, and a slope never depends on the unit of either axis.
         #[test]
         fn a_power_law_has_its_exponent(exponent in -3.0..3.0_f64, unit in 0.01..100.0_f64) {
-            let points: Vec<(f64, f64)> = (1..9).map(|x| (unit * f64::from(x), unit * f64::from(x).powf(exponent))).collect();
+            let point = |x| (unit * f64::from(x), unit * f64::from(x).powf(exponent));
+            let points: Vec<(f64, f64)> = (1..9).map(point).collect();
             let law = power_law(&points).unwrap();
             let slope = law.exponent;
             prop_assert!((slope.value - exponent).abs() < 1e-9 && slope.high - slope.low < 1e-6);
@@ -291,7 +298,8 @@ mod tests {
         fn wilson_is_an_interval(n in 1_u32..200, share in 0.0..=1.0_f64) {
             let k = (share * f64::from(n)) as u32;
             let (low, high) = wilson(k, n);
-            prop_assert!(0.0 <= low && low <= f64::from(k) / f64::from(n) && f64::from(k) / f64::from(n) <= high && high <= 1.0);
+            let rate = f64::from(k) / f64::from(n);
+            prop_assert!(0.0 <= low && low <= rate && rate <= high && high <= 1.0);
             let (other_low, other_high) = wilson(n - k, n);
             prop_assert!((low - (1.0 - other_high)).abs() < 1e-12 && (high - (1.0 - other_low)).abs() < 1e-12);
             let (wider_low, wider_high) = wilson(4 * k, 4 * n);

@@ -1,7 +1,7 @@
 //! Where a robot stopped before it was corrected.
 //!
-//! A model names its primitives by nodes, and a node may be gone after the next correction. A segment stays what it is. So a
-//! stop is kept by segments, and this is the one place that turns the nodes of a model into segments and back.
+//! A model names its primitives by nodes, and a node may be gone after the next correction. A segment stays what it is.
+//! So a stop is kept by segments, and this is the one place that turns the nodes of a model into segments and back.
 
 use situ::graph::Graph;
 use situ::place::{NodeId, Place, SegmentId};

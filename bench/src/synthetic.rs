@@ -1,15 +1,17 @@
-//! Synthetic automata: task models of a known structure and of any size, without physics, for the cost of updates alone.
+//! Synthetic automata: task models of a known structure and of any size, without physics. The cost of updates is
+//! measured on them.
 //!
 //! An automaton is a chain of nodes from START to END. Every fifth node is optional: one of the original demonstrations
-//! leaves it out, so that its predecessor has two children. The nodes share the reference objects of a large world, a few
-//! nodes an object; consecutive nodes never share one, for they would be one segment. The paths of two nodes on one object
-//! are apart by much more than a teacher's noise.
+//! leaves it out, so that its predecessor has two children. The nodes share the reference objects of a large world, a
+//! few nodes to each object. Consecutive nodes never share an object, because they would then be one segment. The paths
+//! of two nodes on one object are apart by much more than a teacher's noise.
 //!
-//! States are points on a manifold of *cells*: nodes that share a cell begin in states that look alike. A cell of a fixed
-//! number of nodes holds |Z| fixed while |T| grows; a fixed number of cells lets |Z| grow with |T|.
+//! States are points on a manifold of *cells*. Nodes that share a cell begin in states that look alike. Where each cell
+//! has a fixed number of nodes, |Z| stays fixed while |T| grows. Where the number of cells is fixed, |Z| grows with
+//! |T|.
 //!
-//! A planted correction has a known edit and a known origin, so that a cost is only measured of an update that did the
-//! right thing.
+//! A planted correction has a known edit and begins at a known node. So a cost is measured only of an update that did
+//! the right thing.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -37,15 +39,15 @@ const FAILURE: f64 = 0.5;
 const POSE_NOISE: (f64, f64) = (0.004, 0.02);
 /// Distance between the paths of two nodes on one object, metres: tens of times what a policy's prior allows for.
 const PATHS_APART: f64 = 0.4;
-/// How far a modified path is from the old one, metres: the near-variant of the design. Above what counts as modified
-/// (`situ::edit::MODIFIED_METRES`), and a divergence of 20 to 28: above the greatest cut (10), below where another skill
-/// begins (40, decision D18).
+/// How far a modified path is from the old one, metres: the near-variant of the design. It is above what counts as
+/// modified (`situ::edit::MODIFIED_METRES`). Its divergence is 20 to 28, which is above the greatest cut (10) and below
+/// the divergence of another skill (40, decision D18).
 const ADJUSTMENT: f64 = 0.08;
-/// One node in so many is optional; corrections attach at the first of a group of so many.
+/// One node in so many is optional. A correction attaches at the first node of a group of so many.
 const GROUP: usize = 5;
 /// The place of the optional node in its group.
 const OPTIONAL: usize = 3;
-/// Consecutive nodes that have different objects, at least: what a correction visits in a row.
+/// So many consecutive nodes have different objects, at least: as many as a correction visits in a row.
 const LEAST_OBJECTS: usize = 3;
 /// Half the side of the square in which the reference objects lie, metres.
 const TABLE: f64 = 0.5;
@@ -53,9 +55,9 @@ const TABLE: f64 = 0.5;
 /// How many nodes begin in states that look alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Applicable {
-    /// So many, however large the automaton: |Z| is held fixed.
+    /// So many, however large the automaton is. |Z| is held fixed.
     Fixed(usize),
-    /// As many as there are, divided by this number of cells: |Z| grows with |T|.
+    /// The nodes divided by this number of cells. |Z| grows with |T|.
     Free(usize),
 }
 
@@ -66,7 +68,7 @@ pub struct Parameters {
     pub nodes: usize,
     /// Original demonstrations: at least 2, of which the second leaves the optional nodes out.
     pub originals: usize,
-    /// Nodes a reference object, at least 1.
+    /// Nodes for each reference object: at least 1.
     pub nodes_per_object: usize,
     /// Whether |Z| is held fixed.
     pub applicable: Applicable,
@@ -75,13 +77,13 @@ pub struct Parameters {
 }
 
 impl Parameters {
-    /// An automaton of `nodes` nodes, |Z| held at about two: three originals, three nodes an object.
+    /// An automaton of `nodes` nodes, with |Z| held at about two, three originals and three nodes for each object.
     pub const fn of(nodes: usize, seed: u64) -> Self {
         Self { nodes, originals: 3, nodes_per_object: 3, applicable: Applicable::Fixed(2), seed }
     }
 }
 
-/// A synthetic automaton: what is true, and the original demonstrations that teach it.
+/// A synthetic automaton, and the original demonstrations that teach it.
 #[derive(Clone, Debug)]
 pub struct Automaton {
     parameters: Parameters,
@@ -103,7 +105,8 @@ pub struct Planted {
     pub demonstration: Demonstration,
 }
 
-/// A segment to be demonstrated: its object, which path about it, moved by how much, and from which state.
+/// A segment to be demonstrated: its object, which path about it, how far that is moved, and the state in which it
+/// begins.
 struct Act {
     object: Arc<str>,
     path: usize,
@@ -174,7 +177,7 @@ impl Automaton {
         node % GROUP == OPTIONAL && node + 1 < self.parameters.nodes
     }
 
-    /// The object of a node, and which of the paths about it is the node's.
+    /// The object of a node, and the number of the node's path about it.
     fn object(&self, node: usize) -> (Arc<str>, usize) {
         // An optional node has an object of its own, so that a visit to an object is the same node in every original.
         if self.is_optional(node) {
@@ -187,7 +190,7 @@ impl Automaton {
         (format!("object-{}", rank % objects).into(), rank / objects)
     }
 
-    /// What a teacher does at a node.
+    /// The segment that a teacher shows at a node.
     fn act(&self, node: usize) -> Act {
         let (object, path) = self.object(node);
         Act { object, path, moved: 0.0, state: self.cells[node % self.cells.len()].clone() }
@@ -224,7 +227,7 @@ impl Automaton {
                 });
             }
         }
-        // A task is over in a state of its own, a correction anywhere.
+        // A task is over in a state of its own; a correction may be over in any state.
         let last =
             State::new((0..FEATURES).map(|index| SCALE * (index as f64 - noise(STATE_NOISE))).collect::<Vec<_>>());
         Demonstration::new(name, kind, &self.schema, keyframes, last, kind == Kind::Original)
@@ -234,14 +237,14 @@ impl Automaton {
     ///
     /// After the node at the start of a group, node `k`:
     /// - node addition: a new path about the object of node `k + 2`, then node `k + 1`, as expected before the failure;
-    /// - edge addition: node `k + 2` at once, then the one behind the optional node;
+    /// - edge addition: node `k + 2` at once, then the node behind the optional one;
     /// - node modification: node `k + 1` on a path nearby, then node `k + 2`;
     /// - none: nodes `k + 1` and `k + 2`, as before.
     ///
-    /// No correction is carried on to the end: it stops once it is back on the model.
+    /// A correction is never carried on to the end. It stops once it is back on the model.
     ///
     /// # Errors
-    /// None for an automaton that was made.
+    /// None, for an automaton that [`Automaton::new`] made.
     pub fn plant(&self, edit: Edit, seed: u64) -> Result<Planted, SituError> {
         let groups = self.parameters.nodes / GROUP;
         let k = GROUP * (stream(seed, "group") % groups as u64) as usize;
@@ -264,7 +267,8 @@ impl Automaton {
         Ok(Planted { edit, after: SegmentId { demonstration: 0, index: k as u32 }, demonstration })
     }
 
-    /// Whether a task model, taught by the originals alone, is this automaton: a node for each node, the same edges.
+    /// Whether a task model that was taught the originals alone is this automaton: one node for each node, and the same
+    /// edges.
     pub fn is_recovered(&self, graph: &Graph) -> bool {
         let holders = graph.holders();
         let mut edges = BTreeSet::new();
@@ -289,12 +293,12 @@ impl Automaton {
 }
 
 impl Planted {
-    /// The place that ran last, in a model that was taught the originals; `None` where the model is of something else.
+    /// The place that ran last, in a model that was taught the originals. `None` where the model is of something else.
     pub fn last(&self, graph: &Graph) -> Option<Place> {
         graph.holders().get(&self.after).map(|node| Place::Node(node.id))
     }
 
-    /// The edit that full retraining makes of it: it keeps a path nearby as a node of its own.
+    /// The edit that full retraining makes of it. Retraining keeps a path nearby as a node of its own.
     pub fn made_by_retraining(&self) -> Edit {
         if self.edit == Edit::NodeModification { Edit::NodeAddition } else { self.edit }
     }

@@ -1,4 +1,5 @@
-//! Teaching by whole demonstrations: the original task to all methods, and the changed task to those that learn it anew.
+//! Teaching by whole demonstrations: the original task to all methods, and the changed task to those that learn it
+//! anew.
 
 use std::sync::Arc;
 
@@ -12,7 +13,8 @@ use crate::error::BenchError;
 use crate::evaluation::{Evaluation, Until};
 use crate::record::{Rate, TeachingEffort};
 
-/// Attempts at a demonstration before the teacher gives up. A novice fails about one in five, so all of them fail once in hundreds.
+/// Attempts at a demonstration before the teacher gives up. A novice fails about one in five, so all of them fail once
+/// in hundreds.
 pub(crate) const ATTEMPTS: u32 = 4;
 
 /// An original task as the robot of one seed was taught it.
@@ -77,7 +79,8 @@ impl Conditions<'_> {
         Ok(OriginalTask { rate, ..task.clone() })
     }
 
-    /// Teaches the changed task to a method that takes no corrections. What it took is added to `spent`. Returns the last evaluation.
+    /// Teaches the changed task to a method that takes no corrections. What it took is added to `spent`. Returns the
+    /// last evaluation.
     pub(crate) fn teach_anew(
         &self,
         setting: &Arc<Setting>,
@@ -115,7 +118,8 @@ impl Conditions<'_> {
         Ok(method.teach(self.schema, demonstrations, self.learner_seed())?)
     }
 
-    /// One whole demonstration of the setting. An attempt that fails is repeated from another start. `None` where the teacher gives up.
+    /// One whole demonstration of the setting. An attempt that fails is repeated from another start. `None` where the
+    /// teacher gives up.
     fn demonstrate(
         &self,
         setting: &Arc<Setting>,

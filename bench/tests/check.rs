@@ -1,4 +1,5 @@
-//! `check` finds what is wrong with a task: in its file, with file, line and key; in what it claims, with the setting and the seed.
+//! `check` finds mistakes of a task. It names one in the file by file, line and key, and a false claim by setting and
+//! seed.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -57,7 +58,8 @@ fn a_sound_task_has_nothing_wrong() {
     assert!(status == Some(2) && said.contains("`bumps`") && said.contains("occupied, bump, far"), "{said}");
 }
 
-/// A mistake in a task file: what is replaced by what, a piece of the line that must be named, the key, and what was expected.
+/// A mistake in a task file: the text that is replaced, the text in its place, a piece of the line that must be named,
+/// the key, and what was expected.
 type Mistake = (&'static str, &'static str, &'static str, &'static str, &'static str);
 
 const MISTAKES: [Mistake; 32] = [

@@ -1,4 +1,4 @@
-//! The verb `cost`: the baseline that it mints is one that it agrees with, and a work that grew is a failure that says where.
+//! The verb `cost`: it agrees with the baseline that it has minted. Where work grew, it fails and says where.
 
 use std::fs;
 use std::path::Path;
@@ -28,6 +28,42 @@ methods = ["situ", "rebuild"]
 nodes = [10]
 seeds = 1
 "#;
+
+/// The protocol's runs must be those of the folder `published`, and so must its tables, all but the times.
+#[test]
+fn a_run_is_checked_against_published_records_and_tables() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("small.toml"), PROTOCOL).unwrap();
+    let run = |more: &[&str]| {
+        let words = ["run", "--protocol", "small.toml", "--out"];
+        Command::new(env!("CARGO_BIN_EXE_situ-bench")).args(words).args(more).current_dir(folder).output().unwrap()
+    };
+    let said = |output: Output| String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap();
+    assert!(run(&["published"]).status.success());
+    let checked = run(&["again", "--check", "published"]);
+    assert!(checked.status.success(), "the times differ and nothing else: {}", said(checked));
+
+    let change = |file: &str, from: &str, to: &str| {
+        let path = folder.join("published").join(file);
+        let text = fs::read_to_string(&path).unwrap();
+        assert!(text.contains(from), "{file} has no {from}:\n{text}");
+        fs::write(path, text.replacen(from, to, 1)).unwrap();
+    };
+    change("t4_scaling.csv", "small,nodes,situ,edge-addition,10,3,1,", "small,nodes,situ,edge-addition,10,3,2,");
+    let checked = run(&["changed", "--check", "published"]);
+    assert_eq!(checked.status.code(), Some(1));
+    let message = said(checked);
+    assert!(message.contains("1 tables differ from the checked folder, the first: t4_scaling.csv"), "{message}");
+    change("ledger.jsonl", "\"nodes\":10", "\"nodes\":11");
+    let checked = run(&["other", "--check", "published"]);
+    assert_eq!(checked.status.code(), Some(1));
+    let message = said(checked);
+    assert!(
+        message.contains("2 records differ from the checked folder, the first: small, nodes, cost of"),
+        "{message}"
+    );
+}
 
 fn cost(folder: &Path, more: &[&str]) -> Output {
     let words = ["cost", "--protocol", "small.toml", "--baseline", "baseline.json", "--without-instructions"];

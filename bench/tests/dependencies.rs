@@ -1,7 +1,7 @@
-//! Who may know whom among the crates of this workspace, held against what Cargo says.
+//! Which crate of this workspace may know which, held against what Cargo says.
 //!
 //! The learning crate must be usable without the table, a task without a learner, and nothing may lean on the harness.
-//! Dependencies of tests and builds count as well: a rule with a back door is no rule.
+//! Dependencies of tests and builds count as well, because they would be a way around the rule.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

@@ -1,4 +1,5 @@
-//! `learn`: the example in the repository, through the library and through the program; and mistakes in demonstration files.
+//! `learn`: the example in the repository, through the library and through the program; and mistakes in demonstration
+//! files.
 //!
 //! A mistake must be answered with file, line, key and what was expected, with exit status 2, and with nothing written.
 
@@ -72,7 +73,7 @@ fn the_program_learns_the_example() {
     assert_eq!(before, [text("model.json"), text("model.dot"), text("trace.csv")]);
 }
 
-/// Nobody speaks in the example, so those who must hear what is being done refuse it, and say so.
+/// The example has no narration. So the methods that need one refuse it, and say so.
 #[test]
 fn every_method_learns_the_example() {
     const LISTENERS: [&str; 2] = ["oracle_edit", "narrated_hierarchy"];

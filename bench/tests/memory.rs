@@ -1,4 +1,4 @@
-//! What a task model takes of memory: in proportion to its nodes.
+//! The memory of a task model grows in proportion to its nodes.
 //!
 //! ```text
 //! cargo test -p situ-bench --release --test memory -- --ignored --nocapture     # ten thousand nodes
@@ -13,7 +13,8 @@ use situ_bench::synthetic::Parameters;
 
 const MEGABYTE: f64 = 1e6;
 
-/// Bytes: the most while the automaton is taught, what the model takes, and the most while a correction is folded in, beyond the model.
+/// Bytes: the most while the automaton is taught, those of the model, and the most beside the model while a correction
+/// is folded in.
 fn bytes(nodes: usize) -> [u64; 3] {
     let situ = method::named("situ").unwrap();
     let mut subject = None;
@@ -30,7 +31,8 @@ fn bytes(nodes: usize) -> [u64; 3] {
     let found = [taught.bytes_max, model.bytes_max, corrected.bytes_max];
     let [taught, model, corrected] = found.map(|bytes| bytes as f64 / MEGABYTE);
     println!(
-        "{nodes} nodes: {taught:.2} MB at most while taught, a model of {model:.2} MB, {corrected:.3} MB more in an update"
+        "{nodes} nodes: {taught:.2} MB at most while taught, a model of {model:.2} MB, {corrected:.3} MB more in an \
+         update"
     );
     found
 }

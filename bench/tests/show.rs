@@ -1,4 +1,4 @@
-//! `show`: the files that it writes are pictures of the size asked for, the film moves, and names that nothing has are refused.
+//! `show`: its files are pictures of the wanted size, the film moves, and a name that nothing has is refused.
 
 use std::fs::{self, File};
 use std::io::BufReader;
@@ -74,7 +74,7 @@ fn a_demonstration_and_a_failure_become_pictures() {
     colors.dedup();
     assert!(colors.len() > 20, "a picture of something");
 
-    // The teacher picks again what was bumped away, and succeeds; the original program does not.
+    // The teacher picks the bumped object again and succeeds. The original program does not.
     assert!(printed.contains("pick_red_1, pick_red_1, place_red_1"), "{printed}");
     assert!(printed.contains("8 of 27 keyframes"), "{printed}");
     let [shown, failed] = printed.split_once("original program: ").map(|(shown, failed)| [shown, failed]).unwrap();

@@ -1,4 +1,4 @@
-//! The tutorial's text is its files, and what it says of them is so.
+//! The pieces in the tutorial's text are its files, and what the text says of them is true.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

@@ -1,7 +1,8 @@
-//! The claim that updates are local, in exact counters, and the road from a measured cost to a published table.
+//! The claim that updates are local, in exact counters; and the way from a measured cost to a published table.
 //!
-//! Synthetic automata of growing size with |Z| held fixed: the work of a SITU update must not grow with |T|, that of full
-//! retraining must. The scan of A1.6 evaluates every classifier, so `classifier_evaluations` is left out and shown apart.
+//! On synthetic automata of growing size with |Z| held fixed, the work of a SITU update must not grow with |T|, and
+//! that of full retraining must. The scan of A1.6 evaluates every classifier, so `classifier_evaluations` is left out
+//! and checked apart.
 
 use std::fs;
 use std::path::Path;
@@ -15,7 +16,7 @@ use situ_bench::record::{CostRecord, Record};
 use situ_bench::stats::power_law;
 use situ_bench::synthetic::Parameters;
 
-/// Sizes at which every object has the same number of nodes, so that the work could be the same to the last count.
+/// Sizes at which every object has the same number of nodes, so that the work can be exactly the same.
 const SIZES: [usize; 3] = [15, 45, 135];
 const SEEDS: u64 = 3;
 /// The design's bound on the log–log slope of an update's work over |T| at fixed |Z|.

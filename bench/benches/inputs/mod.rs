@@ -1,7 +1,8 @@
-//! What the benches of the kernels work on, by the clock and by instructions alike: a kernel, its input, and the check of its result.
+//! What the benches of the kernels work on, the timed ones and the counted ones: a kernel, its input, and the check of
+//! its result.
 //!
-//! Everything is drawn from seeds, of the size that an update meets. `checked` makes a kernel, runs it once and looks at what comes
-//! out: a cost of a wrong result is worth nothing.
+//! Everything is drawn from seeds, of the size that an update meets. `checked` makes a kernel, runs it once and checks
+//! its result, because the cost of a wrong result is worth nothing.
 
 use std::collections::BTreeSet;
 
@@ -42,20 +43,21 @@ const APART: f64 = 0.08;
 const LABEL_NOISE: f64 = 0.5;
 /// Share of the samples whose label a regression must find again.
 const LEARNED: f64 = 0.9;
-/// Relative difference of two numbers that are the same but for rounding.
+/// The relative difference of two numbers that differ by rounding alone.
 const ROUNDING: f64 = 1e-9;
-/// Greatest difference of the weights that two paths of a regression find: each stops at its tolerance.
+/// The greatest difference of the weights that two paths of a regression find. Each path stops at its tolerance.
 const SAME_MINIMUM: f64 = 1e-6;
 /// Classifiers that are screened.
 const CLASSIFIERS: usize = 1000;
-/// Negatives of each, and how far apart they are: never a multiple of the number of cells, whose nodes look alike.
+/// Negatives of each, and how many nodes they are apart. That is no multiple of the number of cells, whose nodes look
+/// alike.
 const NEGATIVES: (usize, usize) = (8, 97);
-/// Classifiers that apply in one state, at most: the automaton's cells hold two nodes each.
+/// The most classifiers that apply in one state. The automaton's cells hold two nodes each.
 const APPLICABLE: usize = 4;
 /// The seed of everything drawn.
 const SEED: u64 = 1;
 
-/// Interpolated demonstrations of one path that is moved by so many metres, as a signature is fitted to.
+/// Interpolated demonstrations of one path that is moved by so many metres. A signature is fitted to such sequences.
 fn trajectories(name: &str, moved: f64) -> Vec<Vec<Observation>> {
     let parameters = KeyframeParameters::default();
     let mut rng = ChaCha8Rng::seed_from_u64(stream(SEED, name));
@@ -83,11 +85,11 @@ pub(crate) struct Fitting {
 impl Fitting {
     fn of(sequences: Vec<Vec<Observation>>) -> Self {
         let KeyframeParameters { signature_states: states, signature, .. } = KeyframeParameters::default();
-        // Without a tolerance the number of iterations is what it is said to be.
+        // Without a tolerance the fit makes exactly as many iterations as it may.
         Self { sequences, states, parameters: HmmParameters { tolerance: 0.0, ..signature } }
     }
 
-    /// The fit, or one of so many iterations more.
+    /// The fit, with so many iterations more.
     pub(crate) fn checked(more_iterations: usize) -> Self {
         let mut fitting = Self::of(trajectories("policy", 0.0));
         fitting.parameters.max_iterations += more_iterations;
@@ -153,7 +155,7 @@ impl Divergence {
         divergence
     }
 
-    /// The cross-likelihood divergence, nats a frame.
+    /// The cross-likelihood divergence, nats for each frame.
     pub(crate) fn run(&self) -> f64 {
         let (left, right) = (&self.left, &self.right);
         cross_likelihood(&left.0, &left.1, &right.0, &right.1)
@@ -172,7 +174,7 @@ impl Regression {
     pub(crate) fn checked(samples: usize, features: usize, path: Path) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(stream(SEED, &format!("{samples} × {features}")));
         let mut normals = |count: usize| (0..count).map(|_| standard_normal(&mut rng)).collect::<Vec<f64>>();
-        // As the classifiers do: rows are divided by the root of their length.
+        // Rows are divided by the root of their length, as the classifiers do it.
         let shrink = 1.0 / libm::sqrt(features as f64);
         let truth = normals(features);
         let rows: Vec<Vec<f64>> =
@@ -208,14 +210,15 @@ impl Regression {
     }
 }
 
-/// Every classifier of a task model of 1000 nodes to be asked whether it applies in a state (A1.6).
+/// A task model of 1000 nodes, each of whose classifiers is asked whether it applies in a state (A1.6).
 pub(crate) struct Screening {
     model: TaskModel<KeyframeLearner>,
     state: State,
 }
 
 impl Screening {
-    /// The screening. The model has a classifier of its own for each node, and one policy for all: policies are not screened.
+    /// The screening. Each node of the model has a classifier of its own. All nodes have one policy, because policies
+    /// are not screened.
     pub(crate) fn checked() -> Self {
         let automaton = Automaton::new(Parameters::of(CLASSIFIERS, SEED)).expect("the parameters are in range");
         let learner = KeyframeLearner::new(automaton.schema(), KeyframeParameters::default());

@@ -1,7 +1,7 @@
 //! Our side of `bench/peers/peers.py`, which times other libraries beside these kernels on the same numbers.
 //!
-//! `peers QUESTION.json SECONDS` runs the kernel that the question names until its timed runs took that many seconds
-//! together, at least three times after one that is not timed, and writes what it computed and the nanoseconds of each
+//! `peers QUESTION.json SECONDS` runs the kernel that the question names: once without timing it, and then at least
+//! three times, until the timed runs took that many seconds together. It writes the result and the nanoseconds of each
 //! timed run to standard output as JSON. Reading the numbers and making poses of them is not timed.
 
 mod peak;
@@ -48,7 +48,7 @@ struct Model {
 #[derive(Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 enum Question {
-    /// Expectation maximisation from a given model: all the iterations, no floor under the chain's probabilities.
+    /// Expectation maximisation from a given model, with all iterations and no floor under the chain's probabilities.
     Fit {
         start: Model,
         sequences: Vec<Vec<Frame>>,
@@ -61,7 +61,7 @@ enum Question {
     Score { models: Vec<Model>, sets: Vec<Vec<Vec<Frame>>> },
     /// A logistic regression on hard labels, all samples alike.
     Regress { rows: Vec<Vec<f64>>, labels: Vec<bool>, ridge: f64, tolerance: f64 },
-    /// Which nodes' balls hold a row: those whose sum of squared differences to it is at most `greatest`.
+    /// The nodes whose ball holds a row: the sum of squared differences to the row is at most `greatest`.
     Screen { centres: Vec<Vec<f64>>, greatest: f64, row: Vec<f64> },
     /// The additions and multiplications that the core does in a run that does nothing else.
     Peak { fused: bool },
@@ -117,7 +117,8 @@ fn answer(question: Question, seconds: f64) -> Outcome<(Values, Vec<f64>)> {
         }
         Question::Regress { rows, labels, ridge, tolerance } => {
             let rows: Vec<&[f64]> = rows.iter().map(Vec::as_slice).collect();
-            // Targets must be inside (0, 1). These are its ends but for the last bit: the objective is that of hard labels.
+            // Targets must be inside (0, 1). These differ from its ends by the last bit, so the objective is that of
+            // hard labels.
             let targets = Targets::Fixed { positive: 1.0 - 0.5 * f64::EPSILON, negative: f64::MIN_POSITIVE };
             let parameters =
                 LogisticParameters { ridge, balanced: false, targets, tolerance, ..LogisticParameters::default() };
@@ -145,7 +146,7 @@ fn answer(question: Question, seconds: f64) -> Outcome<(Values, Vec<f64>)> {
     }
 }
 
-/// What a kernel returns, and the nanoseconds of each timed run.
+/// The result of a kernel, and the nanoseconds of each timed run.
 fn measured<T, E>(seconds: f64, mut kernel: impl FnMut() -> Result<T, E>) -> Result<(T, Vec<f64>), E> {
     let value = kernel()?;
     let (mut nanoseconds, mut spent) = (Vec::new(), 0.0);

@@ -1,15 +1,15 @@
 //! How many additions and multiplications of doubles this core does in a second at most.
 //!
-//! Chains that do not wait for one another, in the widest vectors that the processor has and all in registers. The
-//! kernels of situ never fuse a multiplication with an addition, for then their bits would be the processor's. So the
-//! peak that they could reach is that of as many multiplications as additions, each by itself; the fused one stands
-//! beside it.
+//! A run consists of chains that do not wait for one another, in the widest vectors that the processor has and all in
+//! registers. The kernels of situ never fuse a multiplication with an addition, because their bits would then depend on
+//! the processor. So the peak that they could reach is that of as many multiplications as additions, each by itself.
+//! The fused peak stands beside it.
 
 use std::hint::black_box;
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// Vector instructions of a run: some milliseconds, as a fit takes, so that what disturbs the one disturbs the other.
+/// Vector instructions of a run. It takes some milliseconds, as a fit does, so that both meet the same disturbances.
 const INSTRUCTIONS: usize = 48 << 20;
 
 /// A run of nothing but additions and multiplications.
@@ -31,7 +31,8 @@ impl WithSimd for Peak {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        // As many chains as the registers hold beside the two constants: fewer would wait for themselves.
+        // As many chains as the registers hold beside the two constants. With fewer, a chain would wait for its own
+        // last result.
         match (self.fused, S::REGISTER_COUNT >= 32) {
             (false, false) => separate::<S, 6>(simd),
             (false, true) => separate::<S, 12>(simd),
@@ -41,7 +42,7 @@ impl WithSimd for Peak {
     }
 }
 
-/// Steps that N products and N sums go on by one factor and one term.
+/// Makes the steps of N products and N sums; each step of a product is a factor, and each step of a sum is a term.
 #[inline(always)]
 fn separate<S: Simd, const N: usize>(simd: S) -> f64 {
     let (factor, term) = constants(simd);
@@ -56,7 +57,7 @@ fn separate<S: Simd, const N: usize>(simd: S) -> f64 {
     (INSTRUCTIONS * S::F64_LANES) as f64
 }
 
-/// Steps that N chains go on by one factor and one term together.
+/// Makes the steps of N chains; each step is a factor and a term together.
 #[inline(always)]
 fn fused<S: Simd, const N: usize>(simd: S) -> f64 {
     let (factor, term) = constants(simd);
@@ -70,7 +71,7 @@ fn fused<S: Simd, const N: usize>(simd: S) -> f64 {
     (2 * INSTRUCTIONS * S::F64_LANES) as f64
 }
 
-/// 1 and 0, which the compiler must not know: no chain overflows, and none becomes a denormal number.
+/// 1 and 0, so that no chain overflows or becomes a denormal number. The compiler must not know them.
 #[inline(always)]
 fn constants<S: Simd>(simd: S) -> (S::f64s, S::f64s) {
     (simd.splat_f64s(black_box(1.0)), simd.splat_f64s(black_box(0.0)))

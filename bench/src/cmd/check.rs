@@ -22,11 +22,12 @@ use crate::stats;
 /// Checks that tasks are what their files claim.
 #[derive(Args, Clone, Debug)]
 #[command(
-    after_long_help = "From each of so many starts: the objects settle and the premise holds; the goal does not hold yet; what is observed is finite;
-the competent script succeeds; the original script, which knows nothing of the variation, fails where an edit is needed and
-succeeds where none is; a watching teacher stops it, and the competent script succeeds from there.
+    after_long_help = "Checks from each start that the objects settle and the premise holds; that the goal does not \
+        hold yet; that the observed state is finite; that the competent script succeeds; that the original script, \
+        which knows nothing of the variation, fails where an edit is needed and succeeds where none is; and that a \
+        watching teacher stops it and the competent script succeeds from there.
 
-Prints a row for each task and variation, and then what is wrong. Exit status 1 where something is.
+Prints one row for each task and variation, and then what is wrong. Exit status 1 where something is wrong.
 
 Examples:
   situ-bench check
@@ -36,7 +37,7 @@ Examples:
   situ-bench check --speed"
 )]
 pub struct Check {
-    /// The tasks, with a variation or without; all that are known where none is named.
+    /// The tasks, with a variation or without. All known tasks where none is named.
     #[arg(value_name = "TASK[/VARIATION]")]
     pub task: Vec<String>,
     /// Starts from which each setting is tried.
@@ -45,13 +46,13 @@ pub struct Check {
     /// The seed of the first start.
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
-    /// Measures instead how many simulated seconds the competent script gets through in a second of one core.
+    /// Instead measures how many simulated seconds of the competent script one core does in a second.
     #[arg(long)]
     pub speed: bool,
     /// Also writes the table to this file, as Markdown.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Threads; all processors where it is not given.
+    /// Threads. One for each processor where it is not given.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub jobs: Option<u16>,
     /// Tasks and teachers of one's own.
@@ -59,11 +60,11 @@ pub struct Check {
     pub library: Library,
 }
 
-/// Of all trials this share must turn out as claimed.
+/// The share of all trials that must turn out as claimed.
 const MOST: f64 = 0.95;
 /// The same for the competent script.
 const COMPETENT: f64 = 0.99;
-/// A script that takes more of the time limit than this hardly succeeds in time.
+/// A script that takes a greater share of the time limit than this hardly succeeds in time.
 const IN_TIME: f64 = 0.7;
 
 /// What a check found.
@@ -149,7 +150,7 @@ impl Check {
         Ok(settings)
     }
 
-    /// The table as it is printed, and written where the user wants it.
+    /// The table as it is printed. It is also written to a file, where the user wants that.
     fn write(&self, table: &Table, said: &str) -> Result<String, BenchError> {
         let text = format!("{table}\n\n{said}");
         if let Some(path) = &self.out {
@@ -159,7 +160,7 @@ impl Check {
         Ok(text)
     }
 
-    /// The command that makes the table again: what it depends on, and not the threads.
+    /// The command that makes the table again. It names all that the table depends on, and not the threads.
     fn command(&self) -> String {
         let mut words = vec!["situ-bench check".to_owned()];
         words.extend(self.task.iter().cloned());
@@ -199,7 +200,8 @@ impl Check {
                 format!("{:.0} [{:.0}, {:.0}]", simulated / clock, speeds[0], speeds[speeds.len() - 1]),
             ]);
         }
-        let said = "The competent script on one thread, planning and observing included; in brackets the slowest and the fastest script.\n";
+        let said = "The competent script on one thread, planning and observing included; in brackets the slowest and \
+                    the fastest script.\n";
         Ok(Checked { text: self.write(&table, said)?, is_sound: true })
     }
 }
@@ -241,7 +243,7 @@ impl Report {
         ]
     }
 
-    /// What is wrong, a sentence each.
+    /// What is wrong, one sentence for each mistake.
     fn findings(&self) -> Vec<String> {
         let (setting, label) = (&self.setting, self.setting.label());
         let mut found = Vec::new();

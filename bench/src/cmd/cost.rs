@@ -1,4 +1,4 @@
-//! `cost`: what updates cost, against what they cost when that was last meant to change.
+//! `cost`: what updates cost now, against what they cost when that was last meant to change.
 
 use std::collections::BTreeMap;
 use std::env;
@@ -21,31 +21,30 @@ use crate::protocol::Protocol;
 use crate::record::{CostRecord, Record};
 use crate::tables;
 
-/// Runs the update-cost suite on synthetic automata and prints T4; compares its exact work with the baseline.
+/// Measures the cost of updates on synthetic automata, prints T4, and compares the exact work with the baseline.
 #[derive(Args, Clone, Debug)]
-#[command(
-    after_long_help = "The counters are exact: any difference is a verdict. Where valgrind is installed, the instructions of each update are counted as well,
-for automata of at most 100 nodes and 3 originals, or as much, and the first seed; they are compared where compiler and target are those of the baseline, by 2 %.
-Times are printed and never judged.
+#[command(after_long_help = "The counters are exact: any difference is a verdict. Where valgrind is installed, the \
+        instructions of updates are counted as well, on automata of the first seed with at most 300 nodes times \
+        originals. They are compared, with a tolerance of 2 %, where compiler, target and vectors are those of the \
+        baseline. Times are printed and never judged.
 
 Exit status 1 where an update regressed.
 
 Examples:
   situ-bench cost
   situ-bench cost --check
-  situ-bench cost --mint"
-)]
+  situ-bench cost --mint")]
 pub struct Cost {
     /// The protocol whose cost series are measured: the name of a built-in one, or a file.
     #[arg(long, default_value = "cost", value_name = "NAME|FILE")]
     pub protocol: String,
-    /// The folder for the ledger and the tables; `runs/PROTOCOL` where it is not given, begun anew each time.
+    /// The folder for the ledger and the tables. Where it is not given, `runs/PROTOCOL`, which is begun anew each time.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Compares with the baseline, update by update: improved, regressed, unchanged or incomparable.
     #[arg(long)]
     pub check: bool,
-    /// Writes the baseline anew.
+    /// Writes the baseline anew, from this measurement.
     #[arg(long, conflicts_with = "check")]
     pub mint: bool,
     /// The baseline.
@@ -59,7 +58,8 @@ pub struct Cost {
     pub one: Option<Vec<String>>,
 }
 
-/// Instructions are counted of automata whose nodes times originals are at most this: under valgrind, teaching a greater one takes minutes.
+/// Instructions are counted of automata whose nodes times originals are at most this. Under valgrind, teaching a
+/// greater one takes minutes.
 const MOST_SEGMENTS: u32 = 300;
 
 /// What is to be printed.
@@ -75,7 +75,7 @@ impl Cost {
     /// Measures, compares or mints.
     ///
     /// # Errors
-    /// As [`Run::run`]; a baseline that is not there or is none; what valgrind refuses.
+    /// As [`Run::run`]; a file that is not there or is no baseline; what valgrind refuses.
     pub fn run(&self) -> Result<Costed, BenchError> {
         let protocol = Protocol::find(&self.protocol)?;
         if protocol.cost.is_empty() {
@@ -101,7 +101,10 @@ impl Cost {
             self.count_instructions(&mut rows)?;
             printed.push_str(&instruction_table(&rows));
         } else {
-            printed.push_str("Instructions were not counted: valgrind is not here, or is not wanted. The counters alone are compared.\n");
+            printed.push_str(
+                "Instructions were not counted: valgrind is not here, or is not wanted. The counters alone are \
+                 compared.\n",
+            );
         }
         let mut is_sound = true;
         if let Some(baseline) = baseline {
@@ -143,7 +146,7 @@ impl Cost {
     }
 }
 
-/// The updates of one automaton, one of each edit: what callgrind counts.
+/// The updates that callgrind counts: one of each edit, of one automaton.
 fn one_automaton(protocol: &Protocol, words: &[String]) -> Result<(), BenchError> {
     let [series, method, nodes, originals, seed] = words else {
         return Err(BenchError::Argument("`--one`: expected five words".to_owned()));

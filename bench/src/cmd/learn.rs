@@ -46,7 +46,7 @@ Examples:
   situ-bench learn tea-1.json tea-2.json --correct lid.json --trace lid.csv
   situ-bench learn tea-1.json --method rebuild --out tea.model.json"#;
 
-/// Builds a task model from demonstration files alone, no physics.
+/// Builds a task model from demonstration files alone, without physics.
 #[derive(Args, Clone, Debug)]
 #[command(after_long_help = FORMAT)]
 pub struct Learn {
@@ -59,16 +59,17 @@ pub struct Learn {
     /// The method that keeps the task model up to date: see `situ-bench list methods`.
     #[arg(long, default_value = "situ")]
     pub method: String,
-    /// Root seed of what the method draws: the Monte Carlo divergences of some, nothing of `situ` and `rebuild`.
+    /// Root seed of what the method draws. Some methods draw Monte Carlo divergences; `situ` and `rebuild` draw
+    /// nothing.
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
     /// Writes the whole model here, as JSON.
     #[arg(long, value_name = "MODEL.json")]
     pub out: Option<PathBuf>,
-    /// Writes the automaton here, for Graphviz: a node for each primitive, besides START and END.
+    /// Writes the automaton here, for Graphviz: one node for each primitive, besides START and END.
     #[arg(long, value_name = "FILE")]
     pub dot: Option<PathBuf>,
-    /// Writes what each update did here, a line a step.
+    /// Writes here what each update did, one line for each step.
     #[arg(long, value_name = "FILE.csv")]
     pub trace: Option<PathBuf>,
 }
@@ -241,12 +242,13 @@ fn report(method: &dyn Method, lesson: &Learning) -> String {
     text
 }
 
-/// The word that stands for a choice in files.
+/// The word by which files name a choice.
 fn word(choice: &impl Serialize) -> String {
     serde_json::to_value(choice).ok().and_then(|value| Some(value.as_str()?.to_owned())).unwrap_or_default()
 }
 
-/// A line a step, and one for the whole of each update: END's share is in no step, and a full retraining has none.
+/// One line for each step, and one for the whole of each update: the work on END is in no step, and a full retraining
+/// has no step.
 fn trace_csv(corrections: &[Corrected]) -> String {
     const STEP: [&str; 12] = [
         "demonstration",

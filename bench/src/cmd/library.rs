@@ -1,4 +1,5 @@
-//! Where tasks and teachers come from, beside those that come with the program, and what carries the hand: arguments that several verbs share.
+//! Arguments that several verbs share: tasks and teachers beside those that come with the program, and what carries the
+//! hand.
 
 use std::path::PathBuf;
 
@@ -11,7 +12,7 @@ use crate::error::BenchError;
 /// What carries the hand.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Carrier {
-    /// An arm of seven joints, which can be out of reach and runs into things.
+    /// An arm of seven joints, which has a limited reach and can run into things.
     #[default]
     Arm,
     /// Nothing: the hand goes wherever it is told.

@@ -14,11 +14,12 @@ use crate::tables;
 
 /// Lists what there is to choose from.
 #[derive(Args, Clone, Debug)]
-#[command(
-    after_long_help = "Examples:\n  situ-bench list\n  situ-bench list methods\n  situ-bench list tasks --tasks my_tasks"
-)]
+#[command(after_long_help = "Examples:
+  situ-bench list
+  situ-bench list methods
+  situ-bench list tasks --tasks my_tasks")]
 pub struct List {
-    /// What to list; all of it where nothing is named.
+    /// What to list. Everything where nothing is named.
     #[arg(value_enum)]
     pub what: Option<What>,
     /// Tasks and teachers of one's own.
@@ -60,7 +61,7 @@ impl List {
     /// What is to be printed.
     ///
     /// # Errors
-    /// Where a file that comes with the program is wrong: the tests read them all.
+    /// A folder or file that cannot be read, or a mistake in one. The tests read all files that come with the program.
     pub fn run(&self) -> Result<String, BenchError> {
         let sections = match self.what {
             Some(what) => vec![what],

@@ -22,9 +22,9 @@ use crate::tables::{self, Publication};
 /// Runs a protocol: teaches tasks, changes them, corrects the models, and compares the methods.
 #[derive(Args, Clone, Debug, Default)]
 #[command(
-    after_long_help = "Every finished run is one line of DIR/ledger.jsonl, written as it finishes; an interrupted run goes on with --resume. At the end
-the ledger is put in order and its tables are written beside it. The same seed gives the same records, but for the times,
-whatever the number of threads.
+    after_long_help = "Every finished run is one line of DIR/ledger.jsonl, written as it finishes. Where the program \
+        was interrupted, --resume goes on. At the end the ledger is put in order, and its tables are written beside \
+        it. Whatever the number of threads, the same seed gives the same records, except for the times.
 
 Examples:
   situ-bench run
@@ -52,13 +52,13 @@ pub struct Run {
     /// These teacher profiles instead of the protocol's; may be given several times.
     #[arg(long, value_name = "NAME")]
     pub teacher: Vec<String>,
-    /// The first seed; the protocol says how many follow.
+    /// The first seed. The protocol says how many seeds there are.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Threads; all processors where it is not given.
+    /// Threads. One for each processor where it is not given.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub jobs: Option<u16>,
-    /// The folder for the ledger and the tables; `runs/PROTOCOL` where it is not given, begun anew each time.
+    /// The folder for the ledger and the tables. Where it is not given, `runs/PROTOCOL`, which is begun anew each time.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Goes on with the ledger that is in the folder.
@@ -67,10 +67,10 @@ pub struct Run {
     /// Also writes every demonstration, in the format of `learn`, below DIR/demonstrations.
     #[arg(long)]
     pub demonstrations: bool,
-    /// Compares the records and the tables with those in this folder, all but the times. Exit status 1 where they differ.
+    /// Compares the records and the tables with those in this folder, times left out. Exit status 1 where they differ.
     #[arg(long, value_name = "DIR")]
     pub check: Option<PathBuf>,
-    /// Tasks and teachers of one's own; without the arm the protocol is called `NAME-hand`.
+    /// Tasks and teachers of one's own. Without the arm the protocol is called `NAME-hand`.
     #[command(flatten)]
     pub library: Library,
 }

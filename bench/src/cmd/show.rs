@@ -14,13 +14,14 @@ use situ_teachers::{Shown, Teacher, convert};
 use crate::cmd::library::Library;
 use crate::error::BenchError;
 use crate::files;
-use crate::pictures::{self, FILM_SPEED, Shooting, Size, Track};
+use crate::pictures::{self, FILM_SPEED, PixelSize, Shooting, Track};
 
 /// Makes pictures of a task and of a teacher's demonstration of it.
 #[derive(Args, Clone, Debug)]
 #[command(
-    after_long_help = "Writes, for pour/lid: pour-lid-start.png, pour-lid-strip.png (some of the keyframes, in order), and
-pour-lid-demonstration.png, an animated PNG: a browser plays it. One run gives the same pictures as another.
+    after_long_help = "For pour/lid it writes pour-lid-start.png, pour-lid-strip.png (some of the keyframes, in \
+        order), and pour-lid-demonstration.png, an animated PNG that a browser plays. Every run gives the same \
+        pictures.
 
 Examples:
   situ-bench show pour
@@ -37,17 +38,17 @@ pub struct Show {
     /// The teacher's profile.
     #[arg(long, default_value = "expert")]
     pub teacher: String,
-    /// Also the original task's program on the variation, which knows nothing of it: a strip and a film, called `failure` if it is one and
-    /// `original` if the goal is achieved.
+    /// Also a strip and a film of the original task's program, which knows nothing of the variation. They are called
+    /// `failure` where the program fails, and `original` where it reaches the goal.
     #[arg(long)]
     pub failure: bool,
     /// The folder to write to.
     #[arg(long, value_name = "DIR", default_value = "pictures")]
     pub out: PathBuf,
-    /// Width in pixels of the film, and of one picture of the strip; the start's is twice that.
+    /// Width in pixels of the film and of each picture of the strip. The picture of the start is twice as wide.
     #[arg(long, default_value_t = 480, value_parser = clap::value_parser!(u32).range(16..=1920))]
     pub width: u32,
-    /// The same for the height.
+    /// Height in pixels, in the same way.
     #[arg(long, default_value_t = 300, value_parser = clap::value_parser!(u32).range(16..=1920))]
     pub height: u32,
     /// Tasks and teachers of one's own.
@@ -55,7 +56,7 @@ pub struct Show {
     pub library: Library,
 }
 
-/// What is to be written, and what is to be said about it.
+/// The files that are to be written, and what is to be printed about them.
 #[derive(Default)]
 struct Album {
     stem: String,
@@ -111,7 +112,7 @@ impl Show {
         Ok(album.said.concat())
     }
 
-    fn size(&self) -> Size {
+    fn size(&self) -> PixelSize {
         [self.width, self.height]
     }
 
@@ -160,7 +161,7 @@ impl Show {
         Ok(())
     }
 
-    /// The original program as it fails, or does not.
+    /// Pictures of the original program, which fails or does not.
     fn original(&self, setting: &Arc<Setting>, album: &mut Album) -> Result<(), BenchError> {
         let start = Episode::start(setting, self.seed)?;
         let mut track = Track::new(&start);
@@ -178,7 +179,8 @@ impl Show {
         let mut said = format!("original program: {}\n", record.skills.join(", "));
         let _ = writeln!(
             said,
-            "  keyframes {}, motions stopped by a contact {}, aborted {}, simulated seconds {:.1}, metres {:.2}, the goal holds: {}",
+            "  keyframes {}, motions stopped by a contact {}, aborted {}, simulated seconds {:.1}, metres {:.2}, \
+             the goal holds: {}",
             record.keyframes,
             record.guarded,
             record.aborted,

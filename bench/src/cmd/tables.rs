@@ -14,7 +14,8 @@ use crate::tables::{ALL, Publication};
 /// Makes the tables of ledgers: to standard output, or into a folder.
 #[derive(Args, Clone, Debug)]
 #[command(
-    after_long_help = "Several ledgers count as one: the shards of a protocol, say. The same records give the same bytes.
+    after_long_help = "Several ledgers count as one: the shards of a protocol, say. The same records give the same \
+        bytes.
 
 Examples:
   situ-bench tables quick.jsonl

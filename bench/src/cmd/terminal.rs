@@ -1,4 +1,4 @@
-//! What verbs that take long share: threads, a progress bar, the interrupt.
+//! What long verbs share: threads, a progress bar, and the interrupt.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,7 +7,8 @@ use indicatif::ProgressStyle;
 
 use crate::error::BenchError;
 
-/// A flag that the user's interrupt sets. A second handler in one process, as in tests, is refused; the first one serves.
+/// A flag that the user's interrupt sets. A second handler in one process, as in tests, is refused, and the first one
+/// stays.
 pub(super) fn interrupt_flag() -> Arc<AtomicBool> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = interrupted.clone();
@@ -21,7 +22,7 @@ pub(super) fn progress_style() -> ProgressStyle {
         .expect("the template is a constant that the tests draw")
 }
 
-/// So many threads; all processors where no number is given.
+/// So many threads. One for each processor where no number is given.
 pub(super) fn threads(jobs: Option<u16>) -> Result<rayon::ThreadPool, BenchError> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(jobs.map_or(0, usize::from))

@@ -1,6 +1,8 @@
-//! Exact instructions of updates, counted by valgrind's callgrind: the program runs itself under it, once an automaton.
+//! Exact instructions of updates, counted by valgrind's callgrind. The program runs itself under it, once for each
+//! automaton.
 //!
-//! Only [`crate::cost::corrected`] is counted, not how the automaton is taught; callgrind writes one profile each time that function returns.
+//! Only [`crate::cost::corrected`] is counted, and not how the automaton is taught. Callgrind writes one profile each
+//! time that function returns.
 
 use std::fs;
 use std::path::Path;
@@ -10,7 +12,8 @@ use situ::edit::Edit;
 
 use crate::error::BenchError;
 
-/// What is counted, by its whole name: callgrind does not put the settings of a pattern and of a name together.
+/// The function that is counted, by its whole name. Callgrind's options for it must all give one name, not a pattern in
+/// one and a name in another.
 const COUNTED: &str = "situ_bench::cost::corrected";
 
 /// Whether valgrind is here.
@@ -19,8 +22,8 @@ pub fn is_possible() -> bool {
     status.is_ok_and(|status| status.success())
 }
 
-/// The instructions of one update of each edit, in the order of [`Edit::ALL`]: `program` is this program, `arguments` make it measure those
-/// updates in that order and nothing else.
+/// The instructions of one update of each edit, in the order of [`Edit::ALL`]. `program` is this program; `arguments`
+/// make it measure those updates in that order and nothing else.
 ///
 /// # Errors
 /// [`BenchError::Valgrind`] where the run fails or its profiles are not to be read.

@@ -1,12 +1,13 @@
 //! The baseline of instructions: what each kernel and each whole update took when that was last meant to change.
 //!
-//! `cargo bench -p situ-bench --bench instructions` counts them, by gungraun under valgrind's callgrind, and holds them against
-//! `results/baselines/instructions.json`. A program takes the same number each time. So a difference comes from the code or from the
-//! compiler:
+//! `cargo bench -p situ-bench --bench instructions` counts them, by gungraun under valgrind's callgrind, and holds them
+//! against `results/baselines/instructions.json`. A program takes the same number each time. So a difference comes from
+//! the code or from the compiler:
 //!
 //! - more than [`TOLERANCE`](super::verdict::TOLERANCE) above the baseline is a regression, and the command fails;
 //! - more than that below is an improvement: mint it, or what was gained can be lost again unseen;
-//! - a count by another toolchain, target or kind of vectors, and a bench that the baseline lacks, are incomparable and never fail.
+//! - a count by another toolchain, target or kind of vectors, and a bench that the baseline lacks, are incomparable and
+//!   never fail.
 //!
 //! A change that means to move a number mints the baseline in a commit of its own, and says why:
 //!
@@ -86,8 +87,8 @@ mod tests {
         InstructionBaseline::new(Origin::sample("rustc 1"), BTreeMap::from([(FIT.to_owned(), count)]))
     }
 
-    /// One more iteration of EM in twenty is caught, in the words that say where; what is within the tolerance is not, what is less is to be
-    /// minted, and what cannot be compared is never a regression.
+    /// One more iteration of EM in twenty is caught, and the words say where. A change within the tolerance is none.
+    /// Fewer instructions are to be minted. A count that cannot be compared is never a regression.
     #[test]
     fn a_planted_slowdown_is_caught() {
         let twenty = 20 * 1_000_000;

@@ -34,7 +34,7 @@ pub struct WorkBaseline {
     pub origin: Origin,
     /// The text of the protocol.
     pub protocol: String,
-    /// One an update, in canonical order.
+    /// One row for each update, in canonical order.
     pub rows: Vec<MeasuredUpdate>,
 }
 
@@ -141,8 +141,8 @@ mod tests {
         costs.collect()
     }
 
-    /// One more iteration of EM and one needless divergence are caught, in the row in which they are; less work is an improvement unless other
-    /// work grew; and what cannot be compared is never a regression.
+    /// One more iteration of EM and one needless divergence are caught, each in its row. Less work is an improvement
+    /// unless other work grew. A row that cannot be compared is never a regression.
     #[test]
     fn any_work_more_is_a_regression() {
         let protocol = Protocol::find("cost").unwrap();
@@ -176,7 +176,7 @@ mod tests {
         let why = "instructions 1000000 → 1021000";
         assert_eq!(verdicts(&|row| row.instructions = Some(1_021_000)), one(Verdict::Regressed, why));
         assert_eq!(verdicts(&|row| row.instructions = None), [], "without valgrind the counters alone are compared");
-        // The row it was is not measured, the one that it is now is not in the baseline.
+        // The row is renamed: the old name is not measured, and the new one is not in the baseline.
         let renamed = verdicts(&|row| row.cost.nodes += 1);
         assert!(
             renamed.len() == 2 && renamed.iter().all(|(verdict, _)| *verdict == Verdict::Incomparable),

@@ -70,7 +70,7 @@ pub struct CorrectionRecord {
 }
 
 impl CorrectionRecord {
-    /// A correction, from what the learner and the difference of the two models say of it; not evaluated yet.
+    /// A correction that is not evaluated yet, from what the learner and the difference of the two models say of it.
     pub fn new(
         failure: String,
         last: String,

@@ -22,7 +22,7 @@ pub struct CostRecord {
     pub originals: u32,
     /// The edit that was planted.
     pub edit: Edit,
-    /// The seed of the automaton; with the number of the correction, that of the correction.
+    /// The seed of the automaton. Together with the number of the correction it is the seed of the correction.
     pub seed: u64,
     /// The number of the correction among those of the same edit; left out where it is 0, the first.
     #[serde(default, skip_serializing_if = "is_first")]

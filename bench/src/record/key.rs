@@ -23,12 +23,12 @@ pub struct Key {
     pub method: String,
     /// The seed of the run.
     pub seed: u64,
-    /// Where the run is a stage of a sequence: which.
+    /// The stage, where the run is one of a sequence.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stage: Option<Stage>,
 }
 
-/// A stage of a sequence of variations, each met with the model that the one before left.
+/// A stage of a sequence of variations. Each is met with the model that the one before left.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stage {
@@ -77,7 +77,8 @@ impl fmt::Display for Identity {
             Self::Cost { protocol, series, method, edit, nodes, originals, seed, correction } => {
                 write!(
                     formatter,
-                    "{protocol}, {series}, cost of {edit} at {nodes} nodes and {originals} originals, {method}, seed {seed}"
+                    "{protocol}, {series}, cost of {edit} at {nodes} nodes and {originals} originals, {method}, \
+                     seed {seed}"
                 )?;
                 if *correction > 0 { write!(formatter, ", correction {correction}") } else { Ok(()) }
             }

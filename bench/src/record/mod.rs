@@ -1,7 +1,7 @@
 //! One line of the ledger: what a run did, or what an update of a synthetic automaton cost.
 //!
-//! Every field is a function of the protocol, the key and the code. Only the fields named `update_seconds` hold the clock.
-//! [`Record::without_times`] sets those to 0, so that two ledgers can be compared byte for byte.
+//! Every field is a function of the protocol, the key and the code. Only the fields named `update_seconds` hold the
+//! clock. [`Record::without_times`] sets those to 0, so that two ledgers can be compared byte for byte.
 
 mod correction;
 mod cost;

@@ -10,9 +10,9 @@ pub enum Outcome {
     Reached,
     /// The budget was used up first.
     Censored,
-    /// The original task was never learned: counted apart, the same for every method.
+    /// The original task was never learned. Counted apart; it is the same for every method.
     Untaught,
-    /// Physics failed (a body quarantined, NaN): counted apart, never as a failure of the method.
+    /// Physics failed (a body quarantined, NaN). Counted apart, and never as a failure of the method.
     Spoilt {
         /// What failed.
         why: String,

@@ -16,7 +16,7 @@ use super::rate::Rate;
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pooled {
-    /// Success of the corrected model on the changed task, from starts that decided nothing before.
+    /// Success of the corrected model on the changed task, from starts that did not decide about any correction.
     pub separate: Rate,
     /// Success of the pooled model, from the same starts.
     #[serde(rename = "joint")]

@@ -124,7 +124,8 @@ pub(super) fn made(edits: impl Iterator<Item = Edit>) -> Cell {
     if words.is_empty() { Cell::Nothing } else { Cell::Text(words.join(", ")) }
 }
 
-/// The seed of a bootstrap. Each quantity of each row has its own stream, so that a row does not depend on its neighbours.
+/// The seed of a bootstrap. Each quantity of each row has its own stream, so that a row does not depend on its
+/// neighbours.
 pub(super) fn seed(row: &str, quantity: &str) -> u64 {
     stream(0, &format!("bootstrap/{row}/{quantity}"))
 }

@@ -1,5 +1,5 @@
-//! T3: which edit was needed and which was made, the confusion matrix of each method with one row for each edit needed; and how far
-//! the structure that it led to is what the teacher meant.
+//! T3: which edit was needed and which was made, the confusion matrix of each method with one row for each edit needed;
+//! and how far the structure that it led to is what the teacher meant.
 
 use situ::edit::Edit;
 use situ::method::Role;
@@ -24,13 +24,14 @@ pub(super) const T3: Publication = Publication {
 const TITLE: Title = Title {
     id: "t3",
     text: "T3 edits: needed and made",
-    note: "A row is a method and the edit that the variation needs, over all tasks, teachers and seeds whose run counts. \
-`first` counts the edit that the first correction of each run made, `all` that of every correction; `right` is the share in \
-which it was the edit needed, with the Wilson 95 % interval. Runs that reached the target without a correction are counted apart. \
-Teaching from scratch edits nothing and has no row. Node F1 is over pairs of keyframes, which belong together where the teacher calls both the same; \
-edge F1 is over transitions from skill to skill; duplicates are nodes that hold a skill which another node holds as well. \
-1 is beyond a method that cuts where the object changes and sees one skill where two cubes go into one bin: the best of those is `oracle_edit`. Means over runs with 95 % \
-bootstrap intervals.",
+    note: "A row is a method and the edit that the variation needs, over all tasks, teachers and seeds whose run \
+        counts. `first` counts the edit that the first correction of each run made, `all` that of every correction; \
+        `right` is the share in which it was the edit needed, with the Wilson 95 % interval. Runs that reached the \
+        target without a correction are counted apart. Teaching from scratch edits nothing and has no row. Node F1 is \
+        over pairs of keyframes, which belong together where the teacher calls both the same; edge F1 is over \
+        transitions from skill to skill; duplicates are nodes that hold a skill which another node holds as well. 1 is \
+        beyond a method that cuts where the object changes and sees one skill where two cubes go into one bin: the \
+        best of those is `oracle_edit`. Means over runs with 95 % bootstrap intervals.",
 };
 
 /// Protocol, method, and the edit that the variation needs.

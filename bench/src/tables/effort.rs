@@ -24,12 +24,13 @@ pub(super) const T1: Publication = Publication {
 const TITLE: Title = Title {
     id: "t1",
     text: "T1 effort: what corrections take, against teaching from scratch",
-    note: "A row is a cell over its seeds. Runs of a method that cannot make the edit needed (not applicable), untaught and spoilt runs are \
-counted apart and enter nothing else. Success is \
-pooled over the rollouts of all seeds, with the Wilson 95 % interval. Demonstrations, keyframes, seconds and metres are what \
-was spent until the target success rate was first reached or the budget of demonstrations was used up (restricted mean, 95 % \
-bootstrap interval over seeds); ≥ marks a mean over runs some of which used the budget up. Ratios are to teaching from scratch, \
-paired by seed; ≥, ≤ and ~ mark censored corrections, censored teaching from scratch, and both.",
+    note: "A row is a cell over its seeds. Runs of a method that cannot make the edit needed (not applicable), \
+        untaught and spoilt runs are counted apart and enter nothing else. Success is pooled over the rollouts of all \
+        seeds, with the Wilson 95 % interval. Demonstrations, keyframes, seconds and metres are what was spent until \
+        the target success rate was first reached or the budget of demonstrations was used up (restricted mean, 95 % \
+        bootstrap interval over seeds); ≥ marks a mean over runs some of which used the budget up. Ratios are to \
+        teaching from scratch, paired by seed; ≥, ≤ and ~ mark censored corrections, censored teaching from scratch, \
+        and both.",
 };
 
 /// The method that others are compared with, and whose demonstrations are whole ones.

@@ -1,4 +1,5 @@
-//! T4: what an update of a synthetic automaton costs, how that grows, and from which size on a local update is the cheaper one.
+//! T4: what an update of a synthetic automaton costs, how that grows, and from which size on a local update is the
+//! cheaper one.
 
 use std::collections::BTreeSet;
 
@@ -17,23 +18,24 @@ use crate::stats;
 const SCALING: Title = Title {
     id: "t4_scaling",
     text: "T4 update cost by the size of the task model",
-    note: "Synthetic automata, one planted correction each: median exact work of the update, and its time. The ratio is that \
-method's cost divided by that of `situ` on the same automata, paired by seed, with a 95 % bootstrap interval. A series varies one thing: the nodes with \
-|Z| held fixed, the nodes with |Z| left free, or the original demonstrations.",
+    note: "Synthetic automata, one planted correction each: median exact work of the update, and its time. The ratio \
+        is that method's cost divided by that of `situ` on the same automata, paired by seed, with a 95 % bootstrap \
+        interval. A series varies one thing: the nodes with |Z| held fixed, the nodes with |Z| left free, or the \
+        original demonstrations.",
 };
 const SLOPES: Title = Title {
     id: "t4_slopes",
     text: "T4 growth of the update cost",
-    note: "Slope of ln(cost) over the logarithm of what the series varies, by least squares over all its automata, with Student's 95 % \
-interval: 0 is a cost that does not depend on it, 1 one that grows in proportion. `classifier evaluations` is the linear scan of A1.6. A dash: too \
-few sizes, or a cost of 0.",
+    note: "Slope of ln(cost) over the logarithm of what the series varies, by least squares over all its automata, \
+        with Student's 95 % interval: 0 is a cost that does not depend on it, 1 one that grows in proportion. \
+        `classifier evaluations` is the linear scan of A1.6. A dash: too few sizes, or a cost of 0.",
 };
 const CROSSOVER: Title = Title {
     id: "t4_crossover",
     text: "T4 crossover: the nodes below which retraining is cheaper",
-    note: "The number of nodes below which full retraining is cheaper than `situ`, where the fitted power laws of the two meet: in \
-exact work and by the clock. `< n`: below the smallest automaton that was measured, `situ` is cheaper at all of them; `never`: the lines do not meet \
-above it.",
+    note: "The number of nodes below which full retraining is cheaper than `situ`, where the fitted power laws of the \
+        two meet: in exact work and by the clock. `< n`: below the smallest automaton that was measured, `situ` is \
+        cheaper at all of them; `never`: the lines do not meet above it.",
 };
 
 /// The method that others' costs are divided by.

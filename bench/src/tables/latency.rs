@@ -15,9 +15,10 @@ use crate::stats;
 const TITLE: Title = Title {
     id: "t4_latency",
     text: "T4 time of one update, and of the slowest",
-    note: "Synthetic automata, many planted corrections of each edit on each, one thread: the wall-clock time of a whole correction, and \
-of one of its segments (a local update). The median has a 95 % bootstrap interval; p99 is the 99th percentile, with what the machine did beside it \
-in it. Only series with more than one correction an automaton are here.",
+    note: "Synthetic automata, many planted corrections of each edit on each, one thread: the wall-clock time of a \
+        whole correction, and of one of its segments (a local update). The median has a 95 % bootstrap interval; p99 \
+        is the 99th percentile, with what the machine did beside it in it. Only series with more than one correction \
+        an automaton are here.",
 };
 
 /// The percentile beside the median.

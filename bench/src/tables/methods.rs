@@ -24,13 +24,15 @@ pub(super) const METHODS: Publication = Publication {
 const TITLE: Title = Title {
     id: "methods",
     text: "Methods: every method beside every edit",
-    note: "A row is a method and the edit that the variation needs, over all tasks, variations, teachers and seeds. Runs of a method that \
-cannot make the edit (not applicable), untaught and spoilt runs are counted apart and enter nothing else. `reached` is the share of runs that \
-reached the target within their budget, `after` success pooled over rollouts; Wilson 95 % intervals. Demonstrations are corrective, or full ones \
-where a method is taught from scratch, until the target was reached or the budget used up (restricted mean, 95 % bootstrap interval over runs); ≥ \
-marks a mean over runs some of which used it up. `to_situ` is the ratio of such means, paired by cell and seed; ≥, ≤ and ~ mark runs of the method, \
-of situ and of both that used their budget up. The clock: the median over runs of the mean time of an update, and the median of its ratio to that of \
-situ in the same cell with the same seed, where both were corrected; other runs went on beside it.",
+    note: "A row is a method and the edit that the variation needs, over all tasks, variations, teachers and seeds. \
+        Runs of a method that cannot make the edit (not applicable), untaught and spoilt runs are counted apart and \
+        enter nothing else. `reached` is the share of runs that reached the target within their budget, `after` \
+        success pooled over rollouts; Wilson 95 % intervals. Demonstrations are corrective, or full ones where a \
+        method is taught from scratch, until the target was reached or the budget used up (restricted mean, 95 % \
+        bootstrap interval over runs); ≥ marks a mean over runs some of which used it up. `to_situ` is the ratio of \
+        such means, paired by cell and seed; ≥, ≤ and ~ mark runs of the method, of situ and of both that used their \
+        budget up. The clock: the median over runs of the mean time of an update, and the median of its ratio to that \
+        of situ in the same cell with the same seed, where both were corrected; other runs went on beside it.",
 };
 
 /// The method that others are compared with.

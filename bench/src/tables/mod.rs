@@ -1,7 +1,8 @@
 //! Tables: projections of the ledger's records and of nothing else, so that equal records give equal bytes.
 //!
-//! A table is made once, as cells. Markdown and CSV are two ways to write it: where Markdown says `18/20 [0.70, 0.97]`, CSV has a
-//! column for each of the four numbers. Columns that hold the clock come last; in CSV their names end in `_wall`.
+//! A table is made once, as cells. Markdown and CSV are two ways to write it: where Markdown says `18/20 [0.70, 0.97]`,
+//! CSV has a column for each of the four numbers. Columns that hold the clock come last; in CSV their names end in
+//! `_wall`.
 //!
 //! To add a table, declare a [`Publication`] in a file of its own here, and name it in [`ALL`].
 

@@ -14,9 +14,9 @@ use crate::record::{CorrectionRecord, Record, RunRecord, StepSummary};
 const TITLE: Title = Title {
     id: "t4_physics",
     text: "T4 update cost in physics",
-    note: "Corrections in physics, over all tasks, teachers and seeds whose run counts: |Z| applicable primitives and |T| \
-primitives at each local update (a full retraining has none), median exact work of a correction, and its time. Medians of |Z|/|T| \
-and of the time have 95 % bootstrap intervals.",
+    note: "Corrections in physics, over all tasks, teachers and seeds whose run counts: |Z| applicable primitives and \
+        |T| primitives at each local update (a full retraining has none), median exact work of a correction, and its \
+        time. Medians of |Z|/|T| and of the time have 95 % bootstrap intervals.",
 };
 
 /// Protocol, method, and the edit that the variation needs.

@@ -20,7 +20,8 @@ impl Publication {
         (self.tables)(records)
     }
 
-    /// Its files of these records, each with its name. `ledgers` are the words that name the records on the command line.
+    /// Its files of these records, each with its name. `ledgers` are the words that name the records on the command
+    /// line.
     pub fn files(&self, records: &Canonical, ledgers: &str) -> Vec<(String, String)> {
         let tables = self.tables(records);
         let csv = tables.iter().map(|table| (format!("{}.csv", table.id()), table.to_csv()));

@@ -22,10 +22,11 @@ pub(super) const T5: Publication = Publication {
 const TITLE: Title = Title {
     id: "t5",
     text: "T5 retention: what a corrected model still does",
-    note: "A row is a cell over its seeds, or a stage of a sequence, in which each variation is met with the model that the \
-one before left. `before` and `after` are success on the variation, `original before` and `original after` on the original task, \
-from the same starts; `earlier` is success on the variations of all earlier stages after this one. Pooled over rollouts, with the \
-Wilson 95 % interval; demonstrations are means over seeds with a 95 % bootstrap interval, runs that used the budget up among them.",
+    note: "A row is a cell over its seeds, or a stage of a sequence, in which each variation is met with the model \
+        that the one before left. `before` and `after` are success on the variation, `original before` and `original \
+        after` on the original task, from the same starts; `earlier` is success on the variations of all earlier \
+        stages after this one. Pooled over rollouts, with the Wilson 95 % interval; demonstrations are means over \
+        seeds with a 95 % bootstrap interval, runs that used the budget up among them.",
 };
 
 /// A cell of the protocol, or a stage of a sequence; those that stand alone come first.

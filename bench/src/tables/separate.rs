@@ -1,4 +1,5 @@
-//! T2: the model built by successive corrections, against the pooled one, which is built from the same demonstrations at once.
+//! T2: the model built by successive corrections, against the pooled one, which is built from the same demonstrations
+//! at once.
 
 use situ::edit::Edit;
 use situ::structure::Structure;
@@ -22,11 +23,12 @@ pub(super) const T2: Publication = Publication {
 const TITLE: Title = Title {
     id: "t2",
     text: "T2 separate or joint: successive corrections against all demonstrations at once",
-    note: "A row is a method and the edit that the variation needs, over all tasks and then for each, of the runs that were corrected \
-at least once. `separate` is the model that the corrections led to; `joint` is what full retraining (`rebuild`) makes of the same demonstrations, \
-original and corrective. Success on the changed task is from starts by which no correction was called for; pooled over rollouts, with the Wilson \
-95 % interval. `difference` is separate less joint, paired by run; it, nodes and F1 are means over runs with 95 % bootstrap intervals. What F1 \
-counts is in T3.",
+    note: "A row is a method and the edit that the variation needs, over all tasks and then for each, of the runs that \
+        were corrected at least once. `separate` is the model that the corrections led to; `joint` is what full \
+        retraining (`rebuild`) makes of the same demonstrations, original and corrective. Success on the changed task \
+        is from starts by which no correction was called for; pooled over rollouts, with the Wilson 95 % interval. \
+        `difference` is separate less joint, paired by run; it, nodes and F1 are means over runs with 95 % bootstrap \
+        intervals. What F1 counts is in T3.",
 };
 
 /// The row of all tasks comes before those of each.

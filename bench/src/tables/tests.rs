@@ -21,13 +21,13 @@ fn the_tables_of_records_made_by_hand() {
     insta::assert_snapshot!(all_text(&canonical()));
 }
 
-/// The line of a table's CSV that begins so.
+/// The line of a table's CSV that has this beginning.
 fn row(text: &str, start: &str) -> String {
     let row = text.lines().find(|line| line.starts_with(start));
     row.unwrap_or_else(|| panic!("no row {start} in\n{text}")).to_owned()
 }
 
-/// What that line has in a column.
+/// What that line says in a column.
 fn field(text: &str, start: &str, name: &str) -> String {
     let heads: Vec<&str> = text.lines().next().unwrap().split(',').collect();
     let index = heads.iter().position(|head| *head == name).unwrap_or_else(|| panic!("no column {name} in {heads:?}"));
@@ -111,7 +111,8 @@ fn what_the_tables_must_say() {
     assert_eq!(field(&slopes, "quick,nodes,situ,edge-addition,nodes,", "hmm_fits"), "0.000000");
     assert_eq!(field(&slopes, "quick,nodes,situ,edge-addition,nodes,", "divergences"), "", "a cost of 0 has no slope");
     let crossover = text(cost::T4, 3);
-    // 6 fits at every size against 6 a node meet at one node; 3 classifiers against 3 are parallel; a millisecond against one a node, too.
+    // 6 fits at every size and 6 for each node meet at one node, and so do one millisecond and one for each node. 3
+    // classifiers and 3 are parallel.
     assert_eq!(crossover.lines().nth(1), Some("quick,nodes,rebuild,edge-addition,< 10,< 10,never,< 10"));
 }
 

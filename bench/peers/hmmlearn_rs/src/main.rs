@@ -1,8 +1,8 @@
 //! The crate `hmmlearn-rs` as a peer of `bench/peers/peers.py`, asked and answering as `bench/examples/peers` is.
 //!
-//! `peer-hmmlearn-rs QUESTION.json SECONDS` fits the model of the question until its timed runs took that many seconds
-//! together, at least three times after one that is not timed, and writes the values and the nanoseconds of each timed
-//! run to standard output as JSON. Reading the numbers and setting the start are not timed.
+//! `peer-hmmlearn-rs QUESTION.json SECONDS` fits the model of the question: once without timing it, and then at least
+//! three times, until the timed runs took that many seconds together. It writes the values and the nanoseconds of each
+//! timed run to standard output as JSON. Reading the numbers and setting the start are not timed.
 
 use std::collections::BTreeMap;
 use std::error::Error;
