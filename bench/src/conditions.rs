@@ -82,9 +82,9 @@ impl Conditions<'_> {
 /// The edit that a setting says it needs, in the learner's words.
 fn needed(setting: &Setting) -> Edit {
     match setting.edit {
-        situ_tasks::Edit::NodeAddition => Edit::NodeAddition,
-        situ_tasks::Edit::EdgeAddition => Edit::EdgeAddition,
-        situ_tasks::Edit::NodeModification => Edit::NodeModification,
-        situ_tasks::Edit::None => Edit::None,
+        situ_tasks::NeededEdit::NodeAddition => Edit::NodeAddition,
+        situ_tasks::NeededEdit::EdgeAddition => Edit::EdgeAddition,
+        situ_tasks::NeededEdit::NodeModification => Edit::NodeModification,
+        situ_tasks::NeededEdit::None => Edit::None,
     }
 }

@@ -1,9 +1,11 @@
-//! How often each teacher errs, in corrections performed in physics, against what the profile says; as a Markdown table.
+//! How often each teacher errs, in corrections performed in physics, against what the profile says; as a Markdown
+//! table.
 //!
 //! `cargo run --release -p situ-teachers --example rates -- [CORRECTIONS]`
 //!
-//! Every teacher gives so many corrections of the bumped cube of *sort_blocks*, each from another start. All attempts count,
-//! also those that fail. Exit status 1 where a rate is outside its interval (exact binomial, 95 % for all rates together).
+//! Every teacher gives so many corrections of the bumped cube of *sort_blocks*, each from another start. All attempts
+//! count, also those that fail. The exit status is 1 where a rate is outside its interval (exact binomial, 95 % for all
+//! rates together), and a line on the standard error names each such rate.
 
 use std::error::Error;
 use std::process::ExitCode;
@@ -45,23 +47,27 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     println!("Made by `cargo run --release -p situ-teachers --example rates -- {corrections}`; do not edit.\n");
     let alpha = 0.05 / rows.len() as f64;
     println!("| teacher | errs | configured | observed | of | p |\n|---|---|---|---|---|---|");
-    let mut outside = 0;
+    let mut outside = Vec::new();
     for (profile, way, count) in &rows {
-        let rate = way.rate(profile);
+        let (rate, name, unit) = (profile.rate(*way), way.name(), way.unit());
         let p = count.tails(rate);
-        outside += usize::from(p < alpha);
+        let observed = f64::from(count.happened) / f64::from(count.chances.max(1));
         if rate > 0.0 {
-            let observed = f64::from(count.happened) / f64::from(count.chances.max(1));
-            let (name, unit) = (way.name(), way.unit());
             println!("| {} | {name} | {rate} | {observed:.3} | {} {unit} | {p:.3} |", profile.name, count.chances);
+        }
+        if p < alpha {
+            let of = format!("{observed:.3} of {} {unit}, p = {p:.1e}", count.chances);
+            outside.push(format!("outside: teacher `{}`, `{name}`: configured {rate}, observed {of}", profile.name));
         }
     }
     let least = rows.iter().filter(|(_, way, _)| *way == Way::Spurious).map(|(_, _, count)| count.chances).min();
     println!(
         "\n{} rates, those of 0 among them; {} keyframes a teacher at the least. p is twice the smaller exact binomial tail; below \
-         {alpha:.5} a rate would be outside the 95 % interval for all of them together: {outside} are.",
+         {alpha:.5} a rate would be outside the 95 % interval for all of them together: {} are.",
         rows.len(),
-        least.unwrap_or(0)
+        least.unwrap_or(0),
+        outside.len()
     );
-    Ok(if outside == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    outside.iter().for_each(|line| eprintln!("{line}"));
+    Ok(if outside.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

@@ -8,7 +8,7 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum TeacherError {
-    /// A profile that nobody has described.
+    /// A profile of this name is not known.
     #[error("unknown teacher `{name}`: known are {known}")]
     UnknownProfile {
         /// The name asked for.

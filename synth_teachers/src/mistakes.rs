@@ -1,29 +1,50 @@
 //! Draws of a teacher's mistakes, all from one seed.
 
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rand::RngExt;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use situ::keyframe::pose;
 use situ::random::{standard_normal, stream};
 
-use crate::profile::{Noise, Profile};
-use crate::tally::{Tally, Way};
+use crate::extent::Noise;
+use crate::path::{about_z, corners, displaced, half_way, upwards};
+use crate::profile::{Profile, Way};
+use crate::tally::Tally;
 
 /// What goes wrong at one keyframe.
 pub(crate) struct Mistake {
     /// The error of a needless keyframe before this one.
-    pub(crate) spurious: Option<Isometry3<f64>>,
+    spurious: Option<Isometry3<f64>>,
     /// The excursion before this one: a displacement from the middle of the way, metres, world frame.
-    pub(crate) detour: Option<Vector3<f64>>,
+    detour: Option<Vector3<f64>>,
     /// Whether the way leads along one axis after the other.
-    pub(crate) one_axis: bool,
+    one_axis: bool,
     /// Whether it is not recorded.
     pub(crate) missing: bool,
     /// Seconds.
     pub(crate) pause: f64,
     /// The error of its pose.
     pub(crate) offset: Isometry3<f64>,
+}
+
+impl Mistake {
+    /// The keyframes that a teacher gives on the way from one pose to another, and need not give.
+    pub(crate) fn needless(&self, start: &Isometry3<f64>, target: &Isometry3<f64>) -> Vec<Isometry3<f64>> {
+        let middle = half_way(start, target);
+        let detour = self.detour.map(|way| {
+            let mut out = middle;
+            out.translation.vector += way;
+            out
+        });
+        let mut needless: Vec<Isometry3<f64>> = detour.into_iter().collect();
+        needless.extend(self.spurious.as_ref().map(|error| displaced(&middle, error)));
+        if self.one_axis {
+            let from = needless.last().copied().unwrap_or(*start);
+            needless.extend(corners(&from, target));
+        }
+        needless
+    }
 }
 
 /// What goes wrong with a skill as a whole.
@@ -34,18 +55,8 @@ pub(crate) struct Slip {
     pub(crate) wrong_reference: Option<f64>,
 }
 
-/// When a teacher steps in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Onset {
-    /// At the first moment at which the robot has to be stopped.
-    OnTime,
-    /// One primitive before.
-    Early,
-    /// At the second such moment, or at the robot's own end.
-    Late,
-}
-
-/// The streams of a demonstration's mistakes: each kind has its own, so that a rate can change without moving the others' draws.
+/// The streams of random numbers of a demonstration's mistakes. Each kind has its own stream, so a rate can change and
+/// the draws of the other kinds stay.
 pub(crate) struct Mistakes<'a> {
     profile: &'a Profile,
     /// Noise, needless and missing keyframes, pauses, early ends.
@@ -69,41 +80,43 @@ impl<'a> Mistakes<'a> {
         }
     }
 
-    /// Whether a demonstration, if it is a correction, is stopped once back on the model: one draw, the first.
+    /// Whether this draw is an error: it counts as one more chance of that way of erring.
+    fn errs(&mut self, way: Way, draw: f64) -> bool {
+        self.tally.count(way, draw < self.profile.rate(way))
+    }
+
+    /// Whether a demonstration is stopped once back on the model. This is one draw, the first, and only a correction is
+    /// stopped.
     pub(crate) fn stops_early(&mut self, corrective: bool) -> bool {
-        let stops = self.keyframes.random::<f64>() < self.profile.stops_early;
-        corrective && self.tally.count(Way::StopsEarly, stops)
+        let draw = self.keyframes.random::<f64>();
+        corrective && self.errs(Way::StopsEarly, draw)
     }
 
     /// The mistakes of the next skill.
     pub(crate) fn next_skill(&mut self) -> Slip {
         let [misaligned, side, wrong, which] = [0, 1, 2, 3].map(|_| self.skills.random::<f64>());
-        let misaligned = self.tally.count(Way::Misaligned, misaligned < self.profile.misaligned.rate);
-        let wrong = self.tally.count(Way::WrongReference, wrong < self.profile.wrong_reference);
+        let misaligned = self.errs(Way::Misaligned, misaligned);
+        let wrong = self.errs(Way::WrongReference, wrong);
         let angle = self.profile.misaligned.turn.to_radians() * if side < 0.5 { -1.0 } else { 1.0 };
         Slip { turn: about_z(if misaligned { angle } else { 0.0 }), wrong_reference: wrong.then_some(which) }
     }
 
-    /// The mistakes of the next keyframe. Every keyframe takes the same number of draws from each stream, whatever comes of them.
+    /// The mistakes of the next keyframe. Every keyframe takes the same number of draws from each stream, whatever
+    /// comes of them.
     pub(crate) fn next(&mut self, contact: bool, commands: bool) -> Mistake {
         let profile = self.profile;
         let [spurious, missing, pause] = [0, 1, 2].map(|_| self.keyframes.random::<f64>());
         let off_path = self.noise(profile.free);
         let offset = self.noise(if contact { profile.contact } else { profile.free });
-        let is_free = !contact && !commands;
-        let spurious = self.tally.count(Way::Spurious, spurious < profile.spurious);
-        let missing = is_free && self.tally.count(Way::Missing, missing < profile.missing);
-        let pause = self.tally.count(Way::Pause, pause < profile.pause.rate);
-
         let [detour, height, turn] = [0, 1, 2].map(|_| self.detours.random::<f64>());
-        let detour = self.tally.count(Way::Detour, detour < profile.detour.rate);
-        let one_axis = self.axes.random::<f64>() < profile.one_axis;
+        let one_axis = self.axes.random::<f64>();
+        let is_free = !contact && !commands;
         Mistake {
-            spurious: spurious.then_some(off_path),
-            detour: detour.then(|| upwards(height, turn) * profile.detour.reach),
-            one_axis: self.tally.count(Way::OneAxis, one_axis),
-            missing,
-            pause: if pause { profile.pause.seconds } else { 0.0 },
+            spurious: self.errs(Way::Spurious, spurious).then_some(off_path),
+            detour: self.errs(Way::Detour, detour).then(|| upwards(height, turn) * profile.detour.reach),
+            one_axis: self.errs(Way::OneAxis, one_axis),
+            missing: is_free && self.errs(Way::Missing, missing),
+            pause: if self.errs(Way::Pause, pause) { profile.pause.seconds } else { 0.0 },
             offset,
         }
     }
@@ -119,70 +132,15 @@ impl<'a> Mistakes<'a> {
     }
 }
 
-/// When a teacher of this profile steps in: one draw a correction.
-pub(crate) fn onset(profile: &Profile, seed: u64) -> Onset {
-    let draw = ChaCha8Rng::seed_from_u64(stream(seed, "onset")).random::<f64>();
-    if draw < profile.begins_early {
-        Onset::Early
-    } else if draw < profile.begins_early + profile.begins_late {
-        Onset::Late
-    } else {
-        Onset::OnTime
-    }
-}
-
-/// A turn about the z axis, radians.
-fn about_z(angle: f64) -> UnitQuaternion<f64> {
-    let (sine, cosine) = libm::sincos(0.5 * angle);
-    UnitQuaternion::new_unchecked(Quaternion::new(cosine, 0.0, 0.0, sine))
-}
-
-/// A direction of the upper half-space, all equally likely, from two numbers between 0 and 1 (Archimedes: the height is uniform).
-fn upwards(height: f64, turn: f64) -> Vector3<f64> {
-    let radius = libm::sqrt((1.0 - height * height).max(0.0));
-    let (sine, cosine) = libm::sincos(std::f64::consts::TAU * turn);
-    Vector3::new(radius * cosine, radius * sine, height)
-}
-
-/// The corners of the way from one pose to another along one axis after the other: up before sideways, sideways before down, so that
-/// nothing is dragged along what it stands on. The gripper turns on the first leg. Axes with next to nothing to go have no corner.
-pub(crate) fn corners(from: &Isometry3<f64>, to: &Isometry3<f64>) -> Vec<Isometry3<f64>> {
-    /// Who has less than this to go along an axis does not notice it, metres.
-    const LEAST: f64 = 0.01;
-    let way = to.translation.vector - from.translation.vector;
-    let order = if way.z > 0.0 { [2, 0, 1] } else { [0, 1, 2] };
-    let legs: Vec<usize> = order.into_iter().filter(|axis| way[*axis].abs() >= LEAST).collect();
-    let mut at = from.translation.vector;
-    // The last leg ends at the keyframe itself, which is no corner.
-    let corners = legs.iter().take(legs.len().saturating_sub(1)).map(|axis| {
-        at[*axis] = to.translation.vector[*axis];
-        Isometry3::from_parts(Translation3::from(at), to.rotation)
-    });
-    corners.collect()
-}
-
-/// A pose off by an error: shifted in the world's axes, turned in the gripper's.
-pub(crate) fn displaced(target: &Isometry3<f64>, error: &Isometry3<f64>) -> Isometry3<f64> {
-    Isometry3::from_parts(
-        Translation3::from(target.translation.vector + error.translation.vector),
-        target.rotation * error.rotation,
-    )
-}
-
-/// Half way between two poses.
-pub(crate) fn half_way(from: &Isometry3<f64>, to: &Isometry3<f64>) -> Isometry3<f64> {
-    let middle: Vector3<f64> = (from.translation.vector + to.translation.vector) * 0.5;
-    let rotation: UnitQuaternion<f64> = pose::exp(from, &(pose::log(from, to) * 0.5)).rotation;
-    Isometry3::from_parts(Translation3::from(middle), rotation)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::onset::{Onset, onset};
     use crate::roster::Roster;
     use crate::tally::Count;
 
-    /// Keyframes drawn. Each is free with a command, free without one, or a contact, in turn; every third begins a skill.
+    /// Keyframes drawn. Each is free with a command, free without one, or a contact, in turn; every third begins a
+    /// skill.
     const KEYFRAMES: u32 = 6000;
     /// Corrections drawn.
     const CORRECTIONS: u64 = 2000;
@@ -209,7 +167,8 @@ mod tests {
         Drawn { keyframes, slips, tally: mistakes.tally }
     }
 
-    /// Within the χ² interval about the configured deviation (quantiles by Wilson and Hilferty 1931), about a mean of 0.
+    /// Asserts that the values are within the χ² interval about the configured deviation, with a mean of 0. Quantiles
+    /// by Wilson and Hilferty (1931).
     fn assert_deviation(name: &str, values: &[f64], deviation: f64) {
         /// The two-sided normal quantile of 0.05 / 13 / 2 profiles with noise: 5 % together (Bonferroni).
         const QUANTILE: f64 = 3.1;
@@ -261,7 +220,7 @@ mod tests {
                     _ => KEYFRAMES / 3,
                 };
                 assert_eq!(chances, of, "{}: {}", profile.name, way.name());
-                let tails = tally.of(way).tails(way.rate(profile));
+                let tails = tally.of(way).tails(profile.rate(way));
                 let alpha = 0.05 / (Way::ALL.len() * roster.profiles().len()) as f64;
                 assert!(tails >= alpha, "{}: {}: {happened} of {chances}: p = {tails}", profile.name, way.name());
             }
@@ -315,18 +274,6 @@ mod tests {
         let seen: Vec<f64> = turns.map(|turn| if turn.xy().norm() < 1e-12 { turn.z } else { f64::NAN }).collect();
         assert!(seen.iter().all(|z| [-angle, 0.0, angle].iter().any(|allowed| (z - allowed).abs() < 1e-9)));
         assert!(seen.iter().any(|z| *z > 0.0) && seen.iter().any(|z| *z < 0.0), "either way");
-    }
-
-    #[test]
-    fn corners_turn_at_right_angles_and_go_up_first_and_down_last() {
-        let at = |x, y, z| Isometry3::translation(x, y, z);
-        let way = |from, to| -> Vec<[f64; 3]> {
-            corners(&from, &to).iter().map(|corner| corner.translation.vector.into()).collect()
-        };
-        assert_eq!(way(at(0.0, 0.0, 0.0), at(0.1, 0.2, 0.3)), [[0.0, 0.0, 0.3], [0.1, 0.0, 0.3]]);
-        assert_eq!(way(at(0.1, 0.2, 0.3), at(0.0, 0.0, 0.0)), [[0.0, 0.2, 0.3], [0.0, 0.0, 0.3]]);
-        assert_eq!(way(at(0.0, 0.0, 0.3), at(0.001, 0.2, 0.1)), [[0.0, 0.2, 0.3]]);
-        assert!(way(at(0.0, 0.0, 0.3), at(0.0, 0.0, 0.1)).is_empty());
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Teacher profiles: rates of erring, read from a file.
+//! Teacher profiles: how often a teacher errs, and how. They are read from a file.
 
 use std::path::Path;
 
@@ -6,104 +6,93 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::error::TeacherError;
-use crate::tally::Way;
+use crate::extent::{Detour, Extent, Misaligned, Noise, Pause, Size};
 
-/// Gaussian noise on a pose, a standard deviation an axis.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Noise {
-    /// Metres.
-    pub position: f64,
-    /// Degrees, of the rotation vector.
-    pub rotation: f64,
+/// Declares the ways of erring. Each line gives the variant of [`Way`], the key in a [`Profile`] and what stands there,
+/// and what the rate is a share of.
+macro_rules! ways {
+    ($($(#[$meaning:meta])* $way:ident = $key:ident: $extent:ty, $of:literal;)*) => {
+        /// A way of erring that happens or does not. Noise always happens, so it is none.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        pub enum Way { $($(#[$meaning])* $way),* }
+
+        impl Way {
+            /// All of them.
+            pub const ALL: [Way; [$(Way::$way),*].len()] = [$(Way::$way),*];
+
+            /// The key that profile files use.
+            pub const fn name(self) -> &'static str {
+                match self { $(Way::$way => stringify!($key)),* }
+            }
+
+            /// What the rate is a share of.
+            pub const fn unit(self) -> &'static str {
+                match self { $(Way::$way => $of),* }
+            }
+        }
+
+        /// The errors of a teacher: for each [`Way`] its rate, with its size where it has one. All zero is the expert.
+        #[derive(Clone, Debug, PartialEq, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct Profile {
+            /// Its name.
+            pub name: String,
+            /// The teacher that it stands for, in prose.
+            pub analysis: String,
+            /// Noise where the gripper touches something.
+            #[serde(default)]
+            pub contact: Noise,
+            /// Noise in free space.
+            #[serde(default)]
+            pub free: Noise,
+            $($(#[$meaning])* #[serde(default)] pub $key: $extent,)*
+        }
+
+        impl Profile {
+            fn extent(&self, way: Way) -> &dyn Extent {
+                match way { $(Way::$way => &self.$key),* }
+            }
+        }
+    };
 }
 
-/// Pauses to think.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Pause {
-    /// Share of keyframes with a pause.
-    pub rate: f64,
-    /// Its length, simulated seconds.
-    pub seconds: f64,
-}
-
-/// Excursions.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Detour {
-    /// Share of keyframes before which there is one.
-    pub rate: f64,
-    /// How far it leads away from the middle of the way, in metres: sideways or up, never down.
-    pub reach: f64,
-}
-
-/// A gripper that is not aligned with what it takes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Misaligned {
-    /// Share of skills that are performed so.
-    pub rate: f64,
-    /// The turn of the gripper about its own z axis, either way, in degrees.
-    pub turn: f64,
-}
-
-/// A teacher's ways of erring. All zero is the expert.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Profile {
-    /// Its name.
-    pub name: String,
-    /// Whom it stands for, in prose.
-    pub analysis: String,
-    /// Noise where the gripper touches something.
-    #[serde(default)]
-    pub contact: Noise,
-    /// Noise in free space.
-    #[serde(default)]
-    pub free: Noise,
-    /// Share of keyframes before which a needless one is given, half way and off the path by the free noise.
-    #[serde(default)]
-    pub spurious: f64,
-    /// Share of free keyframes that are passed but not recorded. One with a gripper command is never missed: the command records it.
-    #[serde(default)]
-    pub missing: f64,
-    /// Pauses.
-    #[serde(default)]
-    pub pause: Pause,
-    /// Excursions.
-    #[serde(default)]
-    pub detour: Detour,
-    /// Share of keyframes that are approached along one axis after the other, with a keyframe at each corner.
-    #[serde(default)]
-    pub one_axis: f64,
-    /// Misalignment.
-    #[serde(default)]
-    pub misaligned: Misaligned,
-    /// Share of skills whose reference object is named wrongly: another object of the scene, all equally likely.
-    #[serde(default)]
-    pub wrong_reference: f64,
-    /// Share of corrections that are stopped once back on the model, instead of carried on to the end.
-    #[serde(default)]
-    pub stops_early: f64,
-    /// Share of corrections that begin one primitive too early: the robot is stopped before it has gone wrong.
-    #[serde(default)]
-    pub begins_early: f64,
-    /// Share of corrections that begin too late: the first moment at which the robot should have been stopped passes.
-    #[serde(default)]
-    pub begins_late: f64,
+ways! {
+    /// A needless keyframe, half way and off the path by the free noise.
+    Spurious = spurious: f64, "keyframes";
+    /// A free keyframe that is passed but not recorded. One with a gripper command is never missed: the command records
+    /// it.
+    Missing = missing: f64, "free keyframes";
+    /// A pause to think at a keyframe.
+    Pause = pause: Pause, "keyframes";
+    /// An excursion before a keyframe: out to somewhere that is of no use, and recorded.
+    Detour = detour: Detour, "keyframes";
+    /// A way to a keyframe along one axis after the other, with a recorded keyframe at each corner.
+    OneAxis = one_axis: f64, "keyframes";
+    /// A skill performed with the gripper turned about its own axis.
+    Misaligned = misaligned: Misaligned, "skills";
+    /// A skill whose reference object is named wrongly: another object of the scene, all equally likely.
+    WrongReference = wrong_reference: f64, "skills";
+    /// A correction that ends once the robot knows how to go on, instead of at the end of the task.
+    StopsEarly = stops_early: f64, "corrections";
+    /// A correction that begins one primitive too early: the robot is stopped before it has gone wrong.
+    BeginsEarly = begins_early: f64, "corrections";
+    /// A correction that begins too late: the first moment at which the robot should have been stopped passes.
+    BeginsLate = begins_late: f64, "corrections";
 }
 
 impl Profile {
+    /// The configured rate of a way of erring, from 0 to 1.
+    pub fn rate(&self, way: Way) -> f64 {
+        self.extent(way).rate()
+    }
+
     /// Err with a key and what is wrong with its value.
     fn check(&self) -> Result<(), String> {
+        let below = |key: &str, part: Option<&str>| part.map_or(key.to_owned(), |part| format!("{key}.{part}"));
         for way in Way::ALL {
-            let rate = way.rate(self);
+            let rate = self.rate(way);
             if !(0.0..=1.0).contains(&rate) {
-                let key = match way {
-                    Way::Pause | Way::Detour | Way::Misaligned => format!("{}.rate", way.name()),
-                    _ => way.name().to_owned(),
-                };
+                let key = below(way.name(), self.extent(way).rate_key());
                 return Err(format!("`{key}` is {rate}, expected a rate from 0 to 1"));
             }
         }
@@ -113,17 +102,14 @@ impl Profile {
                 self.begins_early + self.begins_late
             ));
         }
-        let sizes = [
-            ("contact.position", self.contact.position, "metres", 1.0),
-            ("contact.rotation", self.contact.rotation, "degrees", 180.0),
-            ("free.position", self.free.position, "metres", 1.0),
-            ("free.rotation", self.free.rotation, "degrees", 180.0),
-            ("pause.seconds", self.pause.seconds, "seconds", 60.0),
-            ("detour.reach", self.detour.reach, "metres", 1.0),
-            ("misaligned.turn", self.misaligned.turn, "degrees", 180.0),
-        ];
-        match sizes.into_iter().find(|(_, size, _, most)| !(0.0..=*most).contains(size)) {
-            Some((key, size, unit, most)) => Err(format!("`{key}` is {size}, expected 0 to {most} {unit}")),
+        let noise = [("contact", self.contact), ("free", self.free)];
+        let noise = noise.iter().flat_map(|(key, noise)| noise.sizes().map(|size| (*key, size)));
+        let errors = Way::ALL.iter().filter_map(|way| Some((way.name(), self.extent(*way).size()?)));
+        let mut sizes = noise.chain(errors);
+        match sizes.find(|(_, size)| !(0.0..=size.most).contains(&size.value)) {
+            Some((key, Size { key: part, value, unit, most })) => {
+                Err(format!("`{}` is {value}, expected 0 to {most} {unit}", below(key, Some(part))))
+            }
             None => Ok(()),
         }
     }

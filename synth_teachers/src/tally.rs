@@ -1,91 +1,8 @@
-//! Ways of erring that happen or do not, and how often they did.
+//! How often a teacher erred in each way.
 
 use std::ops::AddAssign;
 
-use crate::profile::Profile;
-
-/// A way of erring that happens or does not. Noise, which always happens, is none.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Way {
-    /// A needless keyframe, half way and off the path by the free noise.
-    Spurious,
-    /// A free keyframe that is passed but not recorded.
-    Missing,
-    /// A pause to think at a keyframe.
-    Pause,
-    /// An excursion before a keyframe: out to somewhere that is of no use, and recorded.
-    Detour,
-    /// A way to a keyframe along one axis after the other, its corners recorded.
-    OneAxis,
-    /// A skill performed with the gripper turned about its own axis.
-    Misaligned,
-    /// A skill whose reference object is named wrongly.
-    WrongReference,
-    /// A correction that ends once the robot knows how to go on.
-    StopsEarly,
-    /// A correction that begins one primitive before it is needed.
-    BeginsEarly,
-    /// A correction that begins after the first moment at which it was needed has passed.
-    BeginsLate,
-}
-
-impl Way {
-    /// All of them.
-    pub const ALL: [Way; 10] = [
-        Way::Spurious,
-        Way::Missing,
-        Way::Pause,
-        Way::Detour,
-        Way::OneAxis,
-        Way::Misaligned,
-        Way::WrongReference,
-        Way::StopsEarly,
-        Way::BeginsEarly,
-        Way::BeginsLate,
-    ];
-
-    /// The key that profile files use.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Way::Spurious => "spurious",
-            Way::Missing => "missing",
-            Way::Pause => "pause",
-            Way::Detour => "detour",
-            Way::OneAxis => "one_axis",
-            Way::Misaligned => "misaligned",
-            Way::WrongReference => "wrong_reference",
-            Way::StopsEarly => "stops_early",
-            Way::BeginsEarly => "begins_early",
-            Way::BeginsLate => "begins_late",
-        }
-    }
-
-    /// What its rate is a share of.
-    pub const fn unit(self) -> &'static str {
-        match self {
-            Way::Spurious | Way::Pause | Way::Detour | Way::OneAxis => "keyframes",
-            Way::Missing => "free keyframes",
-            Way::Misaligned | Way::WrongReference => "skills",
-            Way::StopsEarly | Way::BeginsEarly | Way::BeginsLate => "corrections",
-        }
-    }
-
-    /// The rate that a profile gives it.
-    pub const fn rate(self, profile: &Profile) -> f64 {
-        match self {
-            Way::Spurious => profile.spurious,
-            Way::Missing => profile.missing,
-            Way::Pause => profile.pause.rate,
-            Way::Detour => profile.detour.rate,
-            Way::OneAxis => profile.one_axis,
-            Way::Misaligned => profile.misaligned.rate,
-            Way::WrongReference => profile.wrong_reference,
-            Way::StopsEarly => profile.stops_early,
-            Way::BeginsEarly => profile.begins_early,
-            Way::BeginsLate => profile.begins_late,
-        }
-    }
-}
+use crate::profile::Way;
 
 /// How often something happened, and how often it could have.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -97,8 +14,9 @@ pub struct Count {
 }
 
 impl Count {
-    /// The two-sided exact binomial tail: how probable it is, at this rate, to be at least as far off as what happened (twice the
-    /// smaller tail, at most 1). Below α the observed rate is outside the 1 − α interval about the configured one.
+    /// The two-sided exact binomial tail: the probability, at this rate, to be at least as far off as what happened. It
+    /// is twice the smaller tail, at most 1. If it is below α, the observed rate is outside the 1 − α interval about
+    /// the configured one.
     pub fn tails(&self, rate: f64) -> f64 {
         if rate <= 0.0 || rate >= 1.0 {
             let certain = if rate <= 0.0 { 0 } else { self.chances };

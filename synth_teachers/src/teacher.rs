@@ -7,13 +7,15 @@ use situ_tasks::{Episode, MotionEnd, Setting, Skill, World};
 
 use crate::convert::{observe, observed_gripper};
 use crate::error::TeacherError;
-use crate::mistakes::{Mistake, Mistakes, Onset, corners, displaced, half_way, onset};
+use crate::mistakes::Mistakes;
+use crate::onset::{Onset, onset};
+use crate::path::displaced;
 use crate::profile::Profile;
 use crate::tally::Tally;
 
 /// What a demonstration cost its teacher.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Effort {
+pub struct TeachingEffort {
     /// Keyframes recorded.
     pub keyframes: u32,
     /// Simulated seconds.
@@ -25,11 +27,12 @@ pub struct Effort {
 /// A demonstration given, or an attempt at one.
 #[derive(Clone, Debug)]
 pub struct Shown {
-    /// What was recorded; `None` where nothing was: the program had nothing to do.
+    /// What was recorded. `None` where nothing was recorded, because the program had nothing to do.
     pub demonstration: Option<Demonstration>,
     /// What it cost.
-    pub effort: Effort,
-    /// Whether it is fit to be handed in: every skill did what it is for, and what was carried on to the end met the goal.
+    pub effort: TeachingEffort,
+    /// Whether it is fit to be handed in: every skill did what it is for, and a program that was carried on to the end
+    /// met the goal.
     pub clean: bool,
     /// The mistakes made.
     pub tally: Tally,
@@ -62,11 +65,11 @@ impl Teacher {
         onset(&self.profile, seed)
     }
 
-    /// Demonstrates from where the episode stands, until the goal is met (or, in a correction, until the robot knows how to
-    /// go on, where the draw says that this teacher stops there). `observer` sees every simulated step.
+    /// Demonstrates from where the episode stands, until the goal is met. A correction may end once the robot knows how
+    /// to go on, if the draw says that this teacher stops there. `observer` sees every simulated step.
     ///
     /// # Errors
-    /// Where a reference object is missing or an observation is not finite; an unclean attempt is no error.
+    /// A reference object is missing, or an observation is not finite. An unclean attempt is no error.
     pub fn demonstrate(
         &self,
         name: &str,
@@ -92,8 +95,8 @@ impl Teacher {
             }
             let events = episode.events_fired();
             clean &= perform(&skill, episode, &mut mistakes, &mut recorder, observer)?;
-            // What somebody else did is not the teacher's slip, nor is a skill that has to be done again by its nature (a drawer
-            // that opens half-way): the program goes on from there.
+            // What somebody else did is not the teacher's slip. Nor is a skill that must be done again by its nature,
+            // such as opening a drawer that opens half-way: the program goes on from there.
             clean &= episode.holds(&skill.until) || episode.events_fired() > events || setting.repeats(&skill.name);
             skills.push(skill.name.clone());
             if !clean {
@@ -106,7 +109,7 @@ impl Teacher {
             }
         }
         clean &= stopped || episode.succeeded();
-        let effort = Effort {
+        let effort = TeachingEffort {
             keyframes: recorder.keyframes.len() as u32,
             seconds: episode.seconds() - seconds,
             metres: episode.path() - metres,
@@ -121,7 +124,7 @@ impl Teacher {
     }
 }
 
-/// Whether the original task's program has this very skill: after it, the robot's model knows how to go on.
+/// Whether the original task's program has this very skill. If it has, the robot's model knows how to go on after it.
 fn known(skill: &Skill, setting: &Setting) -> bool {
     setting
         .original_skills
@@ -132,11 +135,11 @@ fn known(skill: &Skill, setting: &Setting) -> bool {
 /// What is written down.
 struct Recorder {
     keyframes: Vec<Keyframe>,
-    /// The world before the motion to the next keyframe: as the last *recorded* one left it (decision D0).
+    /// The world before the motion to the next keyframe: as the last *recorded* keyframe left it (decision D0).
     before: situ::demonstration::State,
 }
 
-/// What the teacher names: the reference object, with its frame at the beginning of the skill, and the skill.
+/// What the teacher names: the reference object with its frame at the beginning of the skill, and the skill.
 struct Named {
     object: Arc<str>,
     frame: Pose,
@@ -158,7 +161,7 @@ impl Recorder {
     }
 }
 
-/// Performs one skill. Returns whether no motion was aborted.
+/// Performs one skill. Returns false if a motion was aborted.
 fn perform(
     skill: &Skill,
     episode: &mut Episode,
@@ -179,7 +182,7 @@ fn perform(
         let mut aligned = frame * keyframe.pose;
         aligned.rotation *= slip.turn;
         let target = displaced(&aligned, &mistake.offset);
-        for needless in on_the_way(episode, &target, &mistake) {
+        for needless in mistake.needless(&episode.world().tcp(), &target) {
             if is_over(episode.perform(&needless, None, 0.0, observer)) {
                 return Ok(false);
             }
@@ -205,25 +208,8 @@ fn is_over(end: MotionEnd) -> bool {
     !end.goes_on()
 }
 
-/// The keyframes that a teacher gives on the way to the target and need not give.
-fn on_the_way(episode: &Episode, target: &Pose, mistake: &Mistake) -> Vec<Pose> {
-    let start = episode.world().tcp();
-    let middle = half_way(&start, target);
-    let detour = mistake.detour.map(|way| {
-        let mut out = middle;
-        out.translation.vector += way;
-        out
-    });
-    let mut needless: Vec<Pose> = detour.into_iter().collect();
-    needless.extend(mistake.spurious.as_ref().map(|error| displaced(&middle, error)));
-    if mistake.one_axis {
-        let from = needless.last().copied().unwrap_or(start);
-        needless.extend(corners(&from, target));
-    }
-    needless
-}
-
-/// Another object of the scene, named by mistake; `which` is its place among the others, from 0 to 1. None in a scene of one object.
+/// Another object of the scene, named by mistake. `which` is its place among the others, from 0 to 1. None in a scene
+/// of one object.
 fn another(episode: &Episode, right: &str, which: f64) -> Option<(Arc<str>, Pose)> {
     let others = episode.setting().objects.iter().map(|placed| placed.body.name.as_str()).filter(|name| *name != right);
     let others: Vec<(Arc<str>, Pose)> =

@@ -31,13 +31,13 @@ fn the_profiles_of_the_crate_are_an_expert_a_novice_and_one_for_each_way_of_erri
     assert!(roster.profiles().iter().all(|profile| !profile.analysis.is_empty()));
     let expert = roster.get("expert").unwrap();
     assert_eq!((expert.contact, expert.free), Default::default());
-    assert!(Way::ALL.iter().all(|way| way.rate(expert) == 0.0));
+    assert!(Way::ALL.iter().all(|way| expert.rate(*way) == 0.0));
     let novice = roster.get("novice").unwrap();
     assert_eq!(novice.contact, Noise { position: 0.005, rotation: 2.0 });
     assert_eq!(novice.pause, Pause { rate: 0.1, seconds: 1.0 });
     for way in Way::ALL {
         let alone = roster.profiles().iter().find(|profile| {
-            way.rate(profile) > 0.0 && Way::ALL.iter().all(|other| *other == way || other.rate(profile) == 0.0)
+            profile.rate(way) > 0.0 && Way::ALL.iter().all(|other| *other == way || profile.rate(*other) == 0.0)
         });
         assert!(alone.is_some(), "nobody errs in `{}` alone", way.name());
     }

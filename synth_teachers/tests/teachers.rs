@@ -1,4 +1,5 @@
-//! Teachers in physics: the expert is the script, a seed is a demonstration, a correction begins where the robot failed.
+//! Teachers in physics: the expert is the script, a seed is a demonstration, a correction begins where the robot
+//! failed.
 
 use std::sync::Arc;
 

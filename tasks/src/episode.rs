@@ -1,23 +1,28 @@
-//! An episode: a world, a setting, and the events that have happened. The one place where hands move in a task.
+//! An episode: a world, a setting, and the events that have happened. No other place of this crate moves a hand.
 
 use std::sync::Arc;
 
 use situ_sim::{Gripper, MAX_OPENING, MotionEnd, Pose, Snapshot, TABLE, World};
 
 use crate::error::TaskError;
+use crate::event::Happening;
+use crate::intervention::Intervention;
+use crate::measure::is_held;
+use crate::moment::Moment;
 use crate::predicate::Predicate;
-use crate::setting::{Happening, Intervention, Moment, Setting};
+use crate::setting::Setting;
 use crate::skill::Skill;
 use crate::start;
 
-/// How long the hand stands still after a gripper command, in seconds: the fingers need 0.25 s for their stroke.
+/// How long the hand stands still after a gripper command, in seconds. The fingers need 0.25 s for their stroke.
 pub const GRIP_SECONDS: f64 = 0.5;
 
-/// A hand that has to rise by more than this goes up first and then over, in metres: going straight, what it holds would scrape along
-/// the wall that it has to get over.
+/// A hand that has to rise by more than this goes up first and then over, in metres. On a straight way, what it holds
+/// would scrape along the wall that it has to get over.
 pub const RISE_FIRST: f64 = 0.05;
 
-/// One attempt at a setting, from a start that the seed decides. A copy goes on bit for bit as the original does.
+/// One attempt at a setting, from a start that the seed decides. A copy goes on exactly as the original does, bit for
+/// bit.
 #[derive(Clone)]
 pub struct Episode {
     setting: Arc<Setting>,
@@ -59,20 +64,23 @@ impl Episode {
         &self.world
     }
 
-    /// The observed state: raw physical units, one value a feature of the setting's schema.
+    /// The observed state: raw physical units, one value for each feature of the setting's schema.
     pub fn observe(&self) -> Vec<f64> {
         self.setting.schema.observe(&self.world)
     }
 
-    /// The frame that keyframes on an object are relative to: its origin and heading, with z vertical. None if it is not there.
+    /// The frame that keyframes on an object are relative to: the object's origin and heading, with z vertical. None if
+    /// the object is not there.
     pub fn reference_pose(&self, name: &str) -> Option<Pose> {
         self.world.pose(name).map(|pose| start::level(&pose))
     }
 
-    /// Moves the hand to `target` (of the TCP, world frame), gives the gripper its command and half a second to obey, then waits `hold` seconds.
+    /// Moves the hand to `target` (pose of the TCP, world frame), gives the gripper its command and half a second to
+    /// obey, then waits `hold` seconds. `observer` sees each step.
     ///
-    /// The way is straight, but for a rise of more than [`RISE_FIRST`] without a turn: that goes up first and then over.
-    /// A motion that the guard stops is over, and the rest follows; after one that is aborted or cannot be made nothing does. `observer` sees each step.
+    /// The way is straight. Only a rise of more than [`RISE_FIRST`] without a turn goes up first and then over. If the
+    /// guard stops the motion, the gripper command and the wait still follow. If the motion is aborted or cannot be
+    /// made, nothing follows.
     pub fn perform(
         &mut self,
         target: &Pose,
@@ -89,7 +97,7 @@ impl Episode {
             observer(world);
         };
         let end = match above(&self.world.tcp(), target) {
-            // Where the arm cannot go up first it goes as it can.
+            // If the arm cannot go up first, it goes as it can.
             Some(corner) => match self.world.move_hand(corner, &mut watch) {
                 MotionEnd::Reached | MotionEnd::OutOfReach | MotionEnd::NoPlan => {
                     self.world.move_hand(*target, &mut watch)
@@ -109,10 +117,12 @@ impl Episode {
         end
     }
 
-    /// Says that the hand has reached keyframe `index` (from 0) of a primitive on `reference`; events that wait for it happen now, once.
+    /// Says that the hand has reached keyframe `index` (from 0) of a primitive on `reference`. Events that wait for
+    /// this keyframe happen now, each once.
     ///
-    /// A push happens at its very keyframe. A drop happens there or at the first later one at which the object hangs free in the hand: a
-    /// primitive learned with a keyframe more is still interrupted in the air, and not while it closes on the table.
+    /// A push happens at its very keyframe. A drop happens there, or at the first later keyframe at which the object
+    /// hangs free in the hand. So a primitive that was learned with one keyframe more is still interrupted in the air,
+    /// and not while the hand closes on the table.
     pub fn reached_keyframe(&mut self, reference: &str, index: usize) {
         let setting = Arc::clone(&self.setting);
         for (k, event) in setting.events.iter().enumerate() {
@@ -125,7 +135,7 @@ impl Episode {
             }
             self.fired[k] = true;
             match &event.happening {
-                // Names and durations were checked with the file; a push that the physics refuses does not happen.
+                // Names and durations were checked with the file. A push that the physics refuses does not happen.
                 Happening::Push { object, by } => {
                     if self.world.push(object, *by, event.seconds).is_ok() {
                         self.world.settle(event.seconds);
@@ -145,7 +155,7 @@ impl Episode {
     /// Whether an object is held and touches nothing but the hand.
     fn hangs(&self, object: &str) -> bool {
         let mut others = self.world.objects().chain([TABLE]);
-        self.holds(&Predicate::Held(object.to_owned())) && !others.any(|other| self.world.touching(object, other))
+        is_held(&self.world, object) && !others.any(|other| self.world.touching(object, other))
     }
 
     /// How many of the setting's events have happened.
@@ -155,7 +165,7 @@ impl Episode {
 
     /// Whether a condition holds now.
     pub fn holds(&self, predicate: &Predicate) -> bool {
-        self.setting.holds(predicate, &self.world)
+        predicate.holds(&self.world)
     }
 
     /// Whether the goal is achieved now.
@@ -163,12 +173,13 @@ impl Episode {
         self.is_sound() && self.holds(&self.setting.goal)
     }
 
-    /// What a competent teacher would do next: the first skill whose `when` holds and whose `until` does not.
+    /// The competent teacher's next skill, by a teleo-reactive choice: the first whose `when` holds and whose `until` does not.
     pub fn next_skill(&self) -> Option<&Skill> {
-        self.setting.choose(&self.setting.skills, &self.world)
+        self.setting.skills.iter().find(|skill| self.holds(&skill.when) && !self.holds(&skill.until))
     }
 
-    /// Whether a watching teacher stops the robot at this moment of a primitive on `reference`. For teaching alone.
+    /// The intervention by which a watching teacher stops the robot at this moment of a primitive on `reference`, if
+    /// there is one. For teaching alone.
     pub fn intervention(&self, moment: Moment, reference: &str) -> Option<&Intervention> {
         self.setting.interventions.iter().find(|intervention| {
             intervention.moment == moment
@@ -192,7 +203,8 @@ impl Episode {
         self.seconds() > self.setting.time_limit
     }
 
-    /// Whether the numbers of the physics are still sound; else the run is spoilt, which is nobody's failure.
+    /// Whether the numbers of the physics are still sound. If they are not, the run is spoilt, and that is no failure
+    /// of the robot.
     pub fn is_sound(&self) -> bool {
         self.world.is_finite()
     }
@@ -220,9 +232,9 @@ impl Episode {
     }
 }
 
-/// Where a motion turns from up to over, if it does.
+/// The pose at which a motion turns from up to over, if it does.
 fn above(from: &Pose, to: &Pose) -> Option<Pose> {
-    /// A motion that turns the hand by more than this is no mere rise, in radians.
+    /// A motion that turns the hand by more than this is more than a rise, in radians.
     const TURN: f64 = 0.35;
     let rise = to.translation.z - from.translation.z;
     let sine = (from.rotation.inverse() * to.rotation).imag().norm();

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// How deep calls may be nested; a file is written by people, and the bound keeps a hostile one from exhausting the stack.
+/// How deep calls may be nested. People write the files, and the bound keeps a hostile file from exhausting the stack.
 const MAX_DEPTH: usize = 16;
 
 /// A call: a word and its arguments in brackets.

@@ -2,8 +2,9 @@
 
 use situ_sim::World;
 
-use crate::expression::{Argument, Call};
-use crate::predicate::{self, GRIPPER, Role};
+use crate::expression::Call;
+use crate::measure::{distance, fill, offset, tilt};
+use crate::vocabulary::{Arguments, Number, Role, vocabulary};
 
 /// Scale of offsets and distances, in metres (D16).
 pub const LENGTH_SCALE: f64 = 0.2;
@@ -11,120 +12,108 @@ pub const LENGTH_SCALE: f64 = 0.2;
 pub const FILL_SCALE: f64 = 0.3;
 /// Scale of tilts, in radians (D16).
 pub const TILT_SCALE: f64 = 0.5;
-/// Scale of the gripper's opening, in metres: half of its stroke rounded up (D16 says 0.5 for the opening as a fraction).
+/// Scale of the gripper's opening, in metres: half of its stroke rounded up (D16 says 0.5 for the opening as a
+/// fraction).
 pub const OPENING_SCALE: f64 = 0.05;
-/// Scale of the values of joints, in metres: a button travels less, a drawer more.
-pub const JOINT_SCALE: f64 = 0.05;
+/// Scale of the values of slides, in metres: a button travels less, a drawer more.
+pub const SLIDE_SCALE: f64 = 0.05;
 /// Scale of `seen`, which is 0 or 1.
 pub const SEEN_SCALE: f64 = 1.0;
 
 /// One scalar of the observed state.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Feature {
+pub struct WorldFeature {
     /// Its name, such as `offset(lid, pitcher).x`.
     pub name: String,
     /// The scale that makes it a number of order one, in its own unit.
     pub scale: f64,
 }
 
-/// The scalars of the observed state, in order. One schema serves a whole family, with all its variations.
+/// The scalars of the observed state, in order, and how a world is measured for them. One schema serves a whole family,
+/// with all its variations.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Schema {
-    /// One entry a scalar.
-    pub features: Vec<Feature>,
+pub struct WorldSchema {
+    /// One entry for each scalar.
+    pub features: Vec<WorldFeature>,
     observables: Vec<Observable>,
+}
+
+/// What is measured of a world for two names, of which a word may take fewer: one scalar or three, with their scale.
+pub(crate) enum Measure {
+    One(f64, fn(&World, [&str; 2]) -> Option<f64>),
+    Three(f64, fn(&World, [&str; 2]) -> Option<[f64; 3]>),
+}
+
+vocabulary! {
+    /// What can be observed. Each scalar is 0 where something that it speaks of is not there.
+    pub(crate) enum Quantity: Measure;
+
+    /// `opening()`: metres between the finger pads.
+    Opening = "opening()", [], Number::No, Measure::One(OPENING_SCALE, |world, _| Some(world.opening()));
+    /// `offset(a, b)`: the origin of `a` in the frame of `b`, three scalars in metres.
+    Offset = "offset(a, b)", [Point, Point], Number::No,
+        Measure::Three(LENGTH_SCALE, |world, [a, b]| offset(world, a, b));
+    /// `distance(a, b)`: metres between the origins.
+    Distance = "distance(a, b)", [Point, Point], Number::No,
+        Measure::One(LENGTH_SCALE, |world, [a, b]| distance(world, a, b));
+    /// `tilt(a)`: radians between the z axis of `a` and the vertical.
+    Tilt = "tilt(a)", [Object], Number::No, Measure::One(TILT_SCALE, |world, [a, _]| tilt(world, a));
+    /// `fill(c)`: fraction of all beads in the container.
+    Fill = "fill(container)", [Filled], Number::No, Measure::One(FILL_SCALE, |world, [c, _]| fill(world, c));
+    /// `joint(a)`: metres that the object has slid from the start of its range.
+    Slid = "joint(a)", [Sliding], Number::No, Measure::One(SLIDE_SCALE, |world, [a, _]| world.joint_value(a));
+    /// `seen(a)`: 1 where the object is there.
+    Seen = "seen(a)", [Object], Number::No, Measure::One(SEEN_SCALE, |world, [a, _]| world.pose(a).map(|_| 1.0));
 }
 
 /// Something that is observed, one or three scalars.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Observable {
-    /// `opening()`: metres between the finger pads.
-    Opening,
-    /// `offset(a, b)`: the origin of `a` in the frame of `b`, three scalars in metres; 0 where either is not there.
-    Offset(String, String),
-    /// `distance(a, b)`: metres between the origins; 0 where either is not there.
-    Distance(String, String),
-    /// `tilt(a)`: radians between the z axis of `a` and the vertical; 0 where it is not there.
-    Tilt(String),
-    /// `fill(c)`: fraction of all beads in the container; 0 where it is not there.
-    Fill(String),
-    /// `joint(a)`: metres that the object has slid from the start of its range; 0 where it is not there.
-    Joint(String),
-    /// `seen(a)`: 1 where the object is there, else 0.
-    Seen(String),
+pub(crate) struct Observable {
+    quantity: Quantity,
+    arguments: Arguments,
 }
 
 impl Observable {
     /// Reads one entry of a task file's `observe`. The error says what was expected.
     pub(crate) fn parse(text: &str) -> Result<Observable, String> {
-        use Argument::Name;
         let call = Call::parse(text)?;
-        Ok(match (call.word.as_str(), call.arguments.as_slice()) {
-            ("opening", []) => Observable::Opening,
-            ("offset", [Name(a), Name(b)]) => Observable::Offset(a.clone(), b.clone()),
-            ("distance", [Name(a), Name(b)]) => Observable::Distance(a.clone(), b.clone()),
-            ("tilt", [Name(a)]) => Observable::Tilt(a.clone()),
-            ("fill", [Name(c)]) => Observable::Fill(c.clone()),
-            ("joint", [Name(a)]) => Observable::Joint(a.clone()),
-            ("seen", [Name(a)]) => Observable::Seen(a.clone()),
-            (word, _) => {
-                return Err(format!(
-                    "unknown feature `{word}` or wrong arguments; expected one of opening(), offset(a, b), distance(a, b), \
-                     tilt(a), fill(container), joint(a), seen(a)"
-                ));
-            }
+        let read = Quantity::of(&call)
+            .and_then(|quantity| Some(Observable { quantity, arguments: quantity.declared().read(&call)? }));
+        read.ok_or_else(|| {
+            let known: Vec<&str> = Quantity::ALL.iter().map(|quantity| quantity.declared().usage).collect();
+            format!("unknown feature `{}` or wrong arguments; expected one of {}", call.word, known.join(", "))
         })
     }
 
     /// Calls `visit` with each name and the part it plays.
     pub(crate) fn visit_names(&self, visit: &mut dyn FnMut(&str, Role)) {
-        match self {
-            Observable::Opening => {}
-            Observable::Offset(a, b) | Observable::Distance(a, b) => {
-                visit(a, Role::Point);
-                visit(b, Role::Point);
-            }
-            Observable::Tilt(a) | Observable::Seen(a) => visit(a, Role::Object),
-            Observable::Fill(c) => visit(c, Role::Filled),
-            Observable::Joint(a) => visit(a, Role::Sliding),
-        }
+        self.quantity.declared().visit_names(&self.arguments, visit);
     }
 
-    fn features(&self) -> Vec<Feature> {
-        let one = |name: String, scale| vec![Feature { name, scale }];
-        match self {
-            Observable::Opening => one("opening()".to_owned(), OPENING_SCALE),
-            Observable::Offset(a, b) => ["x", "y", "z"]
-                .map(|axis| Feature { name: format!("offset({a}, {b}).{axis}"), scale: LENGTH_SCALE })
-                .to_vec(),
-            Observable::Distance(a, b) => one(format!("distance({a}, {b})"), LENGTH_SCALE),
-            Observable::Tilt(a) => one(format!("tilt({a})"), TILT_SCALE),
-            Observable::Fill(c) => one(format!("fill({c})"), FILL_SCALE),
-            Observable::Joint(a) => one(format!("joint({a})"), JOINT_SCALE),
-            Observable::Seen(a) => one(format!("seen({a})"), SEEN_SCALE),
+    fn features(&self) -> Vec<WorldFeature> {
+        let word = self.quantity.declared();
+        let name = word.write(&self.arguments);
+        match word.measure {
+            Measure::One(scale, _) => vec![WorldFeature { name, scale }],
+            Measure::Three(scale, _) => {
+                ["x", "y", "z"].map(|axis| WorldFeature { name: format!("{name}.{axis}"), scale }).to_vec()
+            }
         }
     }
 
     fn measure(&self, world: &World, values: &mut Vec<f64>) {
-        match self {
-            Observable::Opening => values.push(world.opening()),
-            Observable::Offset(a, b) => values.extend(offset(world, a, b).unwrap_or([0.0; 3])),
-            Observable::Distance(a, b) => {
-                let apart = predicate::position(world, a).zip(predicate::position(world, b));
-                values.push(apart.map_or(0.0, |(a, b)| (a - b).norm()));
-            }
-            Observable::Tilt(a) => values.push(predicate::tilt(world, a).unwrap_or(0.0)),
-            Observable::Fill(c) => values.push(predicate::fill(world, c).unwrap_or(0.0)),
-            Observable::Joint(a) => values.push(world.joint_value(a).unwrap_or(0.0)),
-            Observable::Seen(a) => values.push(if world.pose(a).is_some() { 1.0 } else { 0.0 }),
+        let names = self.arguments.names();
+        match self.quantity.declared().measure {
+            Measure::One(_, scalar) => values.push(scalar(world, names).unwrap_or(0.0)),
+            Measure::Three(_, vector) => values.extend(vector(world, names).unwrap_or([0.0; 3])),
         }
     }
 }
 
-impl Schema {
-    pub(crate) fn new(observables: Vec<Observable>) -> Schema {
+impl WorldSchema {
+    pub(crate) fn new(observables: Vec<Observable>) -> WorldSchema {
         let features = observables.iter().flat_map(Observable::features).collect();
-        Schema { features, observables }
+        WorldSchema { features, observables }
     }
 
     /// The number of scalars.
@@ -137,17 +126,10 @@ impl Schema {
         self.features.is_empty()
     }
 
-    /// The observed state of a world: raw physical units, one value a feature.
+    /// The observed state of a world: raw physical units, one value for each feature.
     pub fn observe(&self, world: &World) -> Vec<f64> {
         let mut values = Vec::with_capacity(self.len());
         self.observables.iter().for_each(|observable| observable.measure(world, &mut values));
         values
     }
-}
-
-/// The origin of `a` in the full frame of `b` (which turns and tilts with `b`), in metres.
-fn offset(world: &World, a: &str, b: &str) -> Option<[f64; 3]> {
-    let frame = if b == GRIPPER { world.tcp() } else { world.pose(b)? };
-    let local = frame.rotation.inverse() * (predicate::position(world, a)? - frame.translation.vector);
-    Some([local.x, local.y, local.z])
 }

@@ -3,9 +3,10 @@
 //! Unknown keys are refused everywhere. Metres, radians, seconds, newtons, kg/m³.
 
 use serde::Deserialize;
-use situ_sim::Shape;
+use situ_sim::{Object, Shape};
 
-use crate::setting::{Edit, Moment};
+use crate::edit::NeededEdit;
+use crate::moment::Moment;
 
 /// A whole task file.
 #[derive(Debug, Deserialize)]
@@ -25,7 +26,7 @@ pub(crate) struct TaskFile {
     pub(crate) beads: Option<BeadsFile>,
     pub(crate) object: Vec<ObjectFile>,
     #[serde(default)]
-    pub(crate) joint: Vec<JointFile>,
+    pub(crate) joint: Vec<SlideFile>,
     #[serde(default)]
     pub(crate) magnet: Vec<MagnetFile>,
     pub(crate) skill: Vec<SkillFile>,
@@ -53,7 +54,7 @@ pub(crate) struct SequenceFile {
 #[serde(deny_unknown_fields)]
 pub(crate) struct VariationFile {
     pub(crate) name: String,
-    pub(crate) edit: Edit,
+    pub(crate) edit: NeededEdit,
     pub(crate) analysis: String,
     #[serde(default)]
     pub(crate) accepts_edges: Vec<[String; 2]>,
@@ -64,7 +65,7 @@ pub(crate) struct VariationFile {
     #[serde(default)]
     pub(crate) object: Vec<ObjectFile>,
     #[serde(default)]
-    pub(crate) joint: Vec<JointFile>,
+    pub(crate) joint: Vec<SlideFile>,
     #[serde(default)]
     pub(crate) magnet: Vec<MagnetFile>,
     #[serde(default)]
@@ -94,7 +95,7 @@ pub(crate) struct GuardFile {
 /// An object slides along an axis of another.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct JointFile {
+pub(crate) struct SlideFile {
     pub(crate) object: String,
     pub(crate) parent: String,
     /// The direction of growing values, in the parent's frame.
@@ -132,6 +133,15 @@ pub(crate) struct ObjectFile {
     pub(crate) start: StartFile,
 }
 
+impl ObjectFile {
+    /// The body of the object.
+    pub(crate) fn body(&self) -> Object {
+        let body = self.shape.object(&self.name);
+        let body = if self.fixed { body.fixed() } else { body };
+        if let Some(color) = self.color { body.with_color(color) } else { body }
+    }
+}
+
 /// Where an object starts: a region of the table, or of another object's frame.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -163,7 +173,8 @@ pub(crate) struct SkillFile {
     pub(crate) reference: String,
     pub(crate) when: String,
     pub(crate) until: String,
-    /// The point of the hand, in the frame of the TCP, that the keyframes' positions speak of: the lip of a held pitcher.
+    /// The point of the hand, in the frame of the TCP, that the keyframes' positions speak of: the lip of a held
+    /// pitcher.
     #[serde(default)]
     pub(crate) tool: [f64; 3],
     pub(crate) keyframes: Vec<KeyframeFile>,

@@ -1,8 +1,10 @@
-//! A task is a file: objects, the goal, what a competent teacher does, and variations that each need one edit of a task model.
+//! A task is a file: objects, the goal, what a competent teacher does, and variations. Each variation needs one edit of
+//! a task model, or none.
 //!
-//! [`Registry`] knows the tasks by name. A [`Task`] with one variation applied is a [`Setting`]; an [`Episode`] is one attempt at it, the one
-//! place where hands move in a task. [`script`] runs the competent teacher's program. A mistake in a file is a [`TaskError`] that names file,
-//! line and key. Nothing here knows of task models or learning.
+//! [`Registry`] knows the tasks by name. A [`Task`] with one variation applied is a [`Setting`]. An [`Episode`] is one
+//! attempt at a setting, and the one place where hands move in a task. [`script`] runs the program of the competent
+//! teacher. A mistake in a file is a [`TaskError`] that names file, line and key. Nothing here knows of task models or
+//! learning.
 //!
 //! ```
 //! use situ_tasks::{Episode, Registry};
@@ -17,23 +19,31 @@
 //!
 //! # The file
 //!
-//! Lengths are metres, angles radians, forces newtons, densities kg/m³. `[[object]]` has a `shape` ([`situ_sim::Shape`]) and a
-//! `start` region; `[[joint]]` lets one object slide along another; `[beads]` fills a container; `[[magnet]]` holds a lid; `observe` lists what is seen;
-//! `[guard]` says at which forces a motion ends; `premise` and `goal` are conditions ([`Predicate`]); `[[skill]]` is one skill of the teacher's program; `[[event]]` happens once (`push` with
-//! `by`, or `drop`);
-//! `[[intervention]]` is a moment at which a watching teacher stops the robot. `[[variation]]` may hold all of these but `observe`: an object
-//! or a skill of a known name (or a joint of an object that slides already) replaces that one, new objects come last, new skills first, and the other lists are appended.
-//! `[[sequence]]` names variations that a robot meets one after another.
+//! Lengths are metres, angles radians, forces newtons, densities kg/m³. `[[object]]` has a `shape` ([`situ_sim::Shape`]) and a `start` region.
+//! `[[joint]]` lets one object slide along another. `[beads]` fills a container. `[[magnet]]` holds a lid. `observe`
+//! lists the observed features. `[guard]` says at which forces a motion ends. `premise` and `goal` are conditions
+//! ([`Predicate`]; [`Condition`] lists the words). `[[skill]]` is one skill of the teacher's program. `[[event]]`
+//! happens once (`push` with `by`, or `drop`). `[[intervention]]` is a moment at which a watching teacher stops the
+//! robot. `[[variation]]` may hold all of these except `observe`. An object or a skill of a known name replaces that
+//! one, and so does a `[[joint]]` of an object that slides already. New objects come last, new skills first. The other
+//! lists are appended. `[[sequence]]` names variations that a robot meets one after another.
 //!
-//! What carries the hand ([`Plant`]) is no matter of the file: by default an arm does, and a keyframe may be out of its reach.
+//! The file does not say what carries the hand ([`Plant`]). By default an arm does, and a keyframe may be out of its
+//! reach.
 
 mod builder;
+mod edit;
 mod episode;
 mod error;
+mod event;
 mod expression;
 mod feature;
 mod file;
+mod intervention;
 mod key;
+mod measure;
+mod moment;
+mod placement;
 mod plant;
 mod predicate;
 mod registry;
@@ -44,18 +54,27 @@ mod skill;
 mod start;
 mod task;
 mod trial;
+mod vocabulary;
 
+pub use edit::NeededEdit;
 pub use episode::{Episode, EpisodeSnapshot, GRIP_SECONDS, RISE_FIRST};
 pub use error::TaskError;
-pub use feature::{FILL_SCALE, Feature, JOINT_SCALE, LENGTH_SCALE, OPENING_SCALE, SEEN_SCALE, Schema, TILT_SCALE};
+pub use event::{Event, Happening};
+pub use feature::{
+    FILL_SCALE, LENGTH_SCALE, OPENING_SCALE, SEEN_SCALE, SLIDE_SCALE, TILT_SCALE, WorldFeature, WorldSchema,
+};
+pub use intervention::Intervention;
+pub use measure::{GRIPPER, HELD_FORCE, ON_SLACK, REST_SPEED};
+pub use moment::Moment;
+pub use placement::{HandStart, Placed, Start};
 pub use plant::Plant;
-pub use predicate::{GRIPPER, HELD_FORCE, ON_SLACK, PRESSED_PART, Predicate, REST_SPEED, UPRIGHT_TILT};
+pub use predicate::{Condition, Measured, PRESSED_PART, Predicate, UPRIGHT_TILT};
 pub use registry::Registry;
-pub use sequence::Sequence;
-pub use setting::{Edit, Event, HandStart, Happening, Intervention, Moment, Placed, Setting, Start};
-pub use skill::{Keyframe, Skill};
+pub use sequence::VariationSequence;
+pub use setting::Setting;
+pub use skill::{KeyframeCommand, Skill};
 pub use task::Task;
 pub use trial::{Attempt, Trial, trial};
 
-/// The words of the physics that an episode's users need, so that they need not know the physics.
+/// The words of the physics that the users of an episode need. So they need not know the physics itself.
 pub use situ_sim::{Gripper, MotionEnd, Pose, World};

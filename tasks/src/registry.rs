@@ -27,7 +27,7 @@ impl Registry {
     /// The tasks of this crate.
     ///
     /// # Errors
-    /// None unless a file of the library is wrong, which a test excludes.
+    /// Only if a file of the library is wrong. A test excludes this.
     pub fn builtin() -> Result<Registry, TaskError> {
         let mut registry = Registry::default();
         for (file, text) in LIBRARY {

@@ -1,14 +1,16 @@
-//! Scripts: the competent teacher's program run to its end, and the original program run without looking, or under a teacher's eyes.
+//! Scripts: the program of the competent teacher, and the original program, run without looking or watched by a
+//! teacher.
 
 use std::fmt;
 
 use situ_sim::{MotionEnd, World};
 
 use crate::episode::Episode;
-use crate::setting::Moment;
+use crate::moment::Moment;
 use crate::skill::Skill;
 
-/// No script runs more skills than this; a program that does not get on is stopped here if the time limit does not stop it.
+/// No script runs more skills than this. A program that does not get on is stopped here, if the time limit does not
+/// stop it.
 const MAX_SKILLS: usize = 64;
 
 /// How a script ended.
@@ -24,7 +26,7 @@ pub enum Ending {
     Stopped,
     /// The arm cannot hold the hand at a keyframe.
     OutOfReach,
-    /// No way to a keyframe was found on which the arm runs into nothing.
+    /// The planner found no way to a keyframe on which the arm runs into nothing.
     NoPlan,
     /// The physics' numbers are no longer sound.
     Spoilt,
@@ -46,7 +48,7 @@ impl fmt::Display for Ending {
 
 /// What a script did.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Record {
+pub struct ScriptRecord {
     /// How it ended.
     pub ending: Ending,
     /// The skills that ran, in order.
@@ -59,15 +61,15 @@ pub struct Record {
     pub aborted: usize,
 }
 
-impl Record {
-    fn new() -> Record {
-        Record { ending: Ending::NoSkill, skills: Vec::new(), keyframes: 0, guarded: 0, aborted: 0 }
+impl ScriptRecord {
+    fn new() -> ScriptRecord {
+        ScriptRecord { ending: Ending::NoSkill, skills: Vec::new(), keyframes: 0, guarded: 0, aborted: 0 }
     }
 }
 
-/// Runs the competent teacher's program: again and again the first skill that may run, until the goal holds.
-pub fn competent(episode: &mut Episode, observer: &mut dyn FnMut(&World)) -> Record {
-    let mut record = Record::new();
+/// Runs the program of the competent teacher: again and again the first skill that may run, until the goal holds.
+pub fn competent(episode: &mut Episode, observer: &mut dyn FnMut(&World)) -> ScriptRecord {
+    let mut record = ScriptRecord::new();
     loop {
         if let Some(ending) = ending(episode) {
             record.ending = ending;
@@ -88,14 +90,15 @@ pub fn competent(episode: &mut Episode, observer: &mut dyn FnMut(&World)) -> Rec
     }
 }
 
-/// Runs the original program without looking: each skill once, in the order of the file, as a task model without the needed edit would.
-pub fn original(episode: &mut Episode, observer: &mut dyn FnMut(&World)) -> Record {
+/// Runs the original program without looking: each skill once, in the order of the file. A task model without the
+/// needed edit would do the same.
+pub fn original(episode: &mut Episode, observer: &mut dyn FnMut(&World)) -> ScriptRecord {
     once(episode, &mut |_, _, _| false, observer)
 }
 
-/// Runs the original program as [`original`] does, under the eyes of a teacher who stops it ([`Ending::Stopped`]) at the first of the setting's
-/// interventions. The episode is left as it is at that moment.
-pub fn watched(episode: &mut Episode, observer: &mut dyn FnMut(&World)) -> Record {
+/// Runs the original program as [`original`] does, while a teacher watches. The teacher stops it ([`Ending::Stopped`])
+/// at the first of the setting's interventions. The episode is left as it is at that moment.
+pub fn watched(episode: &mut Episode, observer: &mut dyn FnMut(&World)) -> ScriptRecord {
     once(episode, &mut |episode, moment, reference| episode.intervention(moment, reference).is_some(), observer)
 }
 
@@ -104,8 +107,8 @@ fn once(
     episode: &mut Episode,
     stops: &mut dyn FnMut(&Episode, Moment, &str) -> bool,
     observer: &mut dyn FnMut(&World),
-) -> Record {
-    let mut record = Record::new();
+) -> ScriptRecord {
+    let mut record = ScriptRecord::new();
     for skill in episode.setting().original_skills.clone() {
         if let Some(ending) = ending(episode) {
             record.ending = ending;
@@ -121,12 +124,12 @@ fn once(
     record
 }
 
-/// Performs a skill: freezes the frame of its reference object, then goes through its keyframes. Says how the script ended if it did on the
-/// way: `stops` said so, or the arm cannot go on.
+/// Performs a skill: freezes the frame of its reference object, then goes through its keyframes. Returns how the script
+/// ended, if it ended on the way: because `stops` said so, or because the arm cannot go on.
 fn perform_skill(
     episode: &mut Episode,
     skill: &Skill,
-    record: &mut Record,
+    record: &mut ScriptRecord,
     stops: &mut dyn FnMut(&Episode, Moment) -> bool,
     observer: &mut dyn FnMut(&World),
 ) -> Option<Ending> {
@@ -156,7 +159,7 @@ fn perform_skill(
     stops(episode, Moment::After).then_some(Ending::Stopped)
 }
 
-/// Whether there is nothing more to do.
+/// How the script has ended, if it has.
 fn ending(episode: &Episode) -> Option<Ending> {
     if !episode.is_sound() {
         Some(Ending::Spoilt)

@@ -2,7 +2,7 @@
 
 /// Variations that a robot meets one after another, keeping what it learned of each.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Sequence {
+pub struct VariationSequence {
     /// Its name.
     pub name: String,
     /// Why these, and in this order, in prose.

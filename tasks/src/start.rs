@@ -1,4 +1,5 @@
-//! The start of an episode: random places, the same for the same seed and name whatever else stands on the table.
+//! The start of an episode. Places are random, but each object's place depends on the seed and its name alone, whatever
+//! else stands on the table.
 
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
@@ -6,8 +7,9 @@ use rand_chacha::ChaCha8Rng;
 use situ_sim::{ArmModel, Convex, Object, Outline, Part, Pose, SimError, World, pose_at, rotation_about};
 
 use crate::error::TaskError;
+use crate::placement::Placed;
 use crate::plant::Plant;
-use crate::setting::{Placed, Setting};
+use crate::setting::Setting;
 
 /// How often a place is drawn anew before the region counts as full.
 const TRIES: usize = 1000;
@@ -21,10 +23,11 @@ const BORDER_AT: f64 = 0.9;
 /// Half of the border's height and thickness, in metres: more than any bead's radius.
 const BORDER_HALF: f64 = 0.02;
 
-/// The name of the stream of random numbers of the arm's planner; no object can have it.
+/// The name of the stream of random numbers of the arm's planner. No object can have this name.
 const PLANNER: &str = "the planner of the arm";
 
-/// A low wall all round. A spilled bead that rolled over the edge would fall for ever, and spoil the run as if the physics had failed.
+/// A low wall all round. A spilled bead that rolled over the edge would fall for ever, and the run would be spoilt as
+/// if the physics had failed.
 fn border() -> Object {
     let wall = |half, x, y| Part::new(Convex::Cuboid { half }, Pose::translation(x, y, BORDER_HALF), 1000.0, 0.6);
     let along = [BORDER_AT + BORDER_HALF, BORDER_HALF, BORDER_HALF];
@@ -39,14 +42,14 @@ fn border() -> Object {
     Object::new(BORDER, parts, outline).fixed().with_color([150, 120, 90])
 }
 
-/// Things may start so deep inside each other, in metres: the lower corners of a bowl's leaning walls reach a millimetre below its base,
-/// and a plug may touch its rim.
+/// Things may start this deep inside each other, in metres. The lower corners of a bowl's leaning walls reach a
+/// millimetre below its base, and a plug may touch its rim.
 const PRESSED: f64 = 2e-3;
 
 /// Builds the world of an episode and lets it settle.
 ///
-/// Each object has its own stream of random numbers, by its name: an object that a variation adds moves none of the others.
-/// What stands on the container that is filled is put there after the beads.
+/// Each object has its own stream of random numbers, named after it. So an object that a variation adds moves none of
+/// the others. What stands on the container that is filled is put there after the beads.
 pub(crate) fn world(setting: &Setting, seed: u64) -> Result<World, TaskError> {
     let refused = |source| TaskError::World { task: setting.label(), source };
     let mut world = World::new();
@@ -72,7 +75,7 @@ pub(crate) fn world(setting: &Setting, seed: u64) -> Result<World, TaskError> {
     }
     check_apart(setting, seed, &world)?;
     world.settle(SETTLE);
-    if setting.holds(&setting.premise, &world) {
+    if setting.premise.holds(&world) {
         Ok(world)
     } else {
         Err(TaskError::Premise { task: setting.label(), seed, condition: setting.premise.to_string() })
@@ -116,13 +119,13 @@ fn put(setting: &Setting, placed: &Placed, seed: u64, world: &mut World) -> Resu
     let refused = |source| TaskError::World { task: setting.label(), source };
     let pose = place(setting, placed, seed, world)?;
     world.add(placed.body.clone(), pose).map_err(refused)?;
-    for slide in setting.joints.iter().filter(|slide| slide.child == placed.body.name) {
+    for slide in setting.slides.iter().filter(|slide| slide.child == placed.body.name) {
         world.slide(slide).map_err(refused)?;
     }
     Ok(())
 }
 
-/// A random pose in the object's region, far enough from what is there already.
+/// A random pose in the object's region, far enough from the objects that are there already.
 fn place(setting: &Setting, placed: &Placed, seed: u64, world: &World) -> Result<Pose, TaskError> {
     let (name, start) = (&placed.body.name, &placed.start);
     let mut stream = stream(seed, name);
@@ -144,9 +147,10 @@ fn place(setting: &Setting, placed: &Placed, seed: u64, world: &World) -> Result
     Err(TaskError::Crowded { task: setting.label(), seed, object: name.clone(), tries: TRIES })
 }
 
-/// The pose of an object that starts further along its slide than its place at value 0; of any other, the place itself.
+/// The pose of an object that starts further along its slide than its place at value 0. For any other object, its
+/// place.
 fn along_slide(setting: &Setting, name: &str, place: Pose, world: &World) -> Pose {
-    let slide = setting.joints.iter().find(|slide| slide.child == name);
+    let slide = setting.slides.iter().find(|slide| slide.child == name);
     match slide.and_then(|slide| Some((slide, world.pose(&slide.parent)?))) {
         Some((slide, frame)) => {
             let way = frame.rotation * Vector3::from(slide.axis).normalize() * slide.value;
@@ -167,11 +171,12 @@ fn stream(seed: u64, name: &str) -> ChaCha8Rng {
     ChaCha8Rng::from_seed(key)
 }
 
-/// A pose with its z axis made vertical: the position, and the heading of the x axis (or of the y axis, where x points up or down).
+/// A pose with its z axis made vertical: the position, and the heading of the x axis. Where x points up or down, the
+/// heading of the y axis.
 ///
-/// Keyframes are relative to it, so a block that lies on another face is picked like any other.
+/// Keyframes are relative to it. So a block that lies on another face is picked like any other.
 pub(crate) fn level(pose: &Pose) -> Pose {
-    /// Below this length in the plane an axis has no heading to speak of: it is steeper than 60°.
+    /// An axis that is shorter than this in the plane has no clear heading: it is steeper than 60°.
     const LEAST: f64 = 0.5;
     let x = (pose.rotation * Vector3::x()).xy();
     let y = (pose.rotation * Vector3::y()).xy();

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use crate::builder::Builder;
 use crate::error::TaskError;
-use crate::feature::Schema;
+use crate::feature::WorldSchema;
 use crate::file::TaskFile;
 use crate::key::Document;
 use crate::plant::Plant;
-use crate::sequence::Sequence;
+use crate::sequence::VariationSequence;
 use crate::setting::Setting;
 
 /// A task family, checked.
@@ -17,18 +17,19 @@ use crate::setting::Setting;
 pub struct Task {
     name: String,
     analysis: String,
-    schema: Schema,
+    schema: WorldSchema,
     original: Arc<Setting>,
     variations: Vec<Arc<Setting>>,
-    sequences: Vec<Sequence>,
+    sequences: Vec<VariationSequence>,
 }
 
 impl Task {
     /// Reads a task from the text of its file. `file` is for messages only.
     ///
     /// # Errors
-    /// [`TaskError::File`] with line, key and what was expected: the text is no TOML, a key is missing, unknown or of the wrong type, a name is
-    /// unknown or given twice, a number is not finite or out of range, or a variation does not change what its edit says.
+    /// [`TaskError::File`] with line, key and what was expected. The text is no TOML; a key is missing, unknown or of
+    /// the wrong type; a name is unknown or given twice; a number is not finite or out of range; or a variation does
+    /// not change what its edit says.
     pub fn parse(text: &str, file: &Path) -> Result<Task, TaskError> {
         let document = Document::parse(text, file)?;
         document.check_finite()?;
@@ -72,7 +73,7 @@ impl Task {
     }
 
     /// The observed state, the same for the original and all variations.
-    pub fn schema(&self) -> &Schema {
+    pub fn schema(&self) -> &WorldSchema {
         &self.schema
     }
 
@@ -82,7 +83,7 @@ impl Task {
     }
 
     /// The sequences of variations, in the order of the file.
-    pub fn sequences(&self) -> &[Sequence] {
+    pub fn sequences(&self) -> &[VariationSequence] {
         &self.sequences
     }
 

@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use situ_sim::World;
 
+use crate::edit::NeededEdit;
 use crate::episode::Episode;
 use crate::error::TaskError;
-use crate::script::{self, Ending, Record};
-use crate::setting::{Edit, Setting};
+use crate::script::{self, Ending, ScriptRecord};
+use crate::setting::Setting;
 
 /// What was tried from one start.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,7 +21,8 @@ pub struct Trial {
     pub competent: Attempt,
     /// The original script, which knows nothing of the variation.
     pub original: Attempt,
-    /// The original script until a watching teacher or the arm's planner stops it, and the competent one from there; none where no edit is needed.
+    /// The original script until a watching teacher or the arm's planner stops it, and then the competent one. None
+    /// where no edit is needed.
     pub corrected: Option<Attempt>,
 }
 
@@ -28,7 +30,7 @@ pub struct Trial {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Attempt {
     /// What it did.
-    pub record: Record,
+    pub record: ScriptRecord,
     /// Simulated seconds.
     pub seconds: f64,
     /// Path of the hand, metres.
@@ -43,12 +45,13 @@ impl Attempt {
 }
 
 /// A program of skills, run to its end.
-type Script = fn(&mut Episode, &mut dyn FnMut(&World)) -> Record;
+type Script = fn(&mut Episode, &mut dyn FnMut(&World)) -> ScriptRecord;
 
 /// Tries the scripts from the start that the seed decides.
 ///
 /// # Errors
-/// As [`Episode::start`]: the objects find no place, the premise does not hold after settling, or the physics refuses the scene.
+/// As [`Episode::start`]: the objects find no place, the premise does not hold after settling, or the physics refuses
+/// the scene.
 pub fn trial(setting: &Arc<Setting>, seed: u64) -> Result<Trial, TaskError> {
     let start = Episode::start(setting, seed)?;
     let mut odd_feature = odd(&start);
@@ -60,13 +63,13 @@ pub fn trial(setting: &Arc<Setting>, seed: u64) -> Result<Trial, TaskError> {
     };
     let competent = attempt(script::competent);
     let original = attempt(script::original);
-    let corrected = (setting.edit != Edit::None).then(|| attempt(corrected));
+    let corrected = (setting.edit != NeededEdit::None).then(|| attempt(corrected));
     Ok(Trial { solved_at_start: start.succeeded(), odd_feature, competent, original, corrected })
 }
 
-/// The original script until a watching teacher or the arm's planner stops it, then the competent one from there. One that is not stopped
-/// has not been corrected.
-fn corrected(episode: &mut Episode, observer: &mut dyn FnMut(&World)) -> Record {
+/// The original script until a watching teacher or the arm's planner stops it, then the competent one from there. If
+/// nothing stops the original, nothing is corrected.
+fn corrected(episode: &mut Episode, observer: &mut dyn FnMut(&World)) -> ScriptRecord {
     let first = script::watched(episode, observer);
     if !matches!(first.ending, Ending::Stopped | Ending::OutOfReach | Ending::NoPlan) {
         return first;

@@ -13,7 +13,8 @@ fn reports(from: &str, to: &str, line_of: &str, key: &str, expected: &str) {
     reports_in(POUR, from, to, line_of, key, expected);
 }
 
-/// Parses a file with the first `from` replaced by `to`, and checks the report. `line_of` is a piece of the line that must be named.
+/// Parses a file with the first `from` replaced by `to`, and checks the report. `line_of` is a piece of the line that
+/// must be named.
 #[track_caller]
 fn reports_in(file: &str, from: &str, to: &str, line_of: &str, key: &str, expected: &str) {
     assert!(file.contains(from), "the file has no `{from}`");

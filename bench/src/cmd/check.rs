@@ -9,7 +9,7 @@ use clap::Args;
 use comfy_table::{CellAlignment, Table, presets::ASCII_MARKDOWN};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
-use situ_tasks::{Attempt, Edit, Episode, Setting, TaskError, Trial, script, trial};
+use situ_tasks::{Attempt, Episode, NeededEdit, Setting, TaskError, Trial, script, trial};
 
 use crate::cmd::library::{Carrier, Library};
 use crate::cmd::terminal;
@@ -225,7 +225,7 @@ impl Report {
         let setting = &self.setting;
         let edit = if setting.variation.is_some() { setting.edit.word() } else { "original" };
         let corrected = match setting.edit {
-            Edit::None => "–".to_owned(),
+            NeededEdit::None => "–".to_owned(),
             _ => with_interval(self.rate(is_corrected)),
         };
         let started = self.tried().count();
@@ -260,7 +260,7 @@ impl Report {
                 }
             }
         }
-        let needs_edit = setting.edit != Edit::None;
+        let needs_edit = setting.edit != NeededEdit::None;
         let mut require = |what: &str, share: f64, is_so: &dyn Fn(&Trial) -> bool| {
             let rate = self.rate(is_so);
             if f64::from(rate.successes) < share * f64::from(rate.rollouts) {

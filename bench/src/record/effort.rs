@@ -18,10 +18,10 @@ pub struct TeachingEffort {
     pub metres: f64,
 }
 
-impl From<&situ_teachers::Effort> for TeachingEffort {
+impl From<&situ_teachers::TeachingEffort> for TeachingEffort {
     /// The effort of one demonstration.
-    fn from(effort: &situ_teachers::Effort) -> Self {
-        let situ_teachers::Effort { keyframes, seconds, metres } = *effort;
+    fn from(effort: &situ_teachers::TeachingEffort) -> Self {
+        let situ_teachers::TeachingEffort { keyframes, seconds, metres } = *effort;
         Self { demonstrations: 1, keyframes, seconds, metres }
     }
 }

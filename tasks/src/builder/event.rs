@@ -1,12 +1,14 @@
-//! What happens on the way, and when a watching teacher stops the robot: `[[event]]` and `[[intervention]]`.
+//! What happens during an episode, and when a watching teacher stops the robot: `[[event]]` and `[[intervention]]`.
 
-use super::{Builder, Names};
+use super::check::Builder;
+use super::names::Names;
 use crate::error::TaskError;
+use crate::event::{Event, Happening};
 use crate::file::{EventFile, InterventionFile};
+use crate::intervention::Intervention;
 use crate::key::Key;
-use crate::predicate::Role;
-use crate::setting::{Event, Happening, Intervention};
 use crate::skill::Skill;
+use crate::vocabulary::Role;
 
 impl Builder<'_> {
     pub(super) fn event(

@@ -1,21 +1,17 @@
 //! What is there, and where it starts: `[[object]]`, `[beads]` and `[[magnet]]`.
 
-use situ_sim::{Beads, Magnet, Object, Pose, World, pose_at};
+use situ_sim::{Beads, Magnet, Pose, World, pose_at};
 
-use super::{Builder, Located, Names};
+use super::check::Builder;
+use super::layers::Located;
+use super::names::Names;
 use crate::error::TaskError;
 use crate::file::{BeadsFile, MagnetFile, ObjectFile, StartFile};
 use crate::key::Key;
-use crate::predicate::Role;
-use crate::setting::{Placed, Setting, Start};
+use crate::placement::{Placed, Start};
+use crate::setting::Setting;
 use crate::start;
-
-/// The body of an object as the file describes it.
-pub(super) fn body(file: &ObjectFile) -> Object {
-    let body = file.shape.object(&file.name);
-    let body = if file.fixed { body.fixed() } else { body };
-    if let Some(color) = file.color { body.with_color(color) } else { body }
-}
+use crate::vocabulary::Role;
 
 impl Builder<'_> {
     pub(super) fn objects(&self, files: &Located<'_, ObjectFile>) -> Result<Vec<Placed>, TaskError> {
@@ -23,7 +19,7 @@ impl Builder<'_> {
         let mut world = World::new();
         for (key, object) in files {
             let start = self.start(&key.field("start"), &object.start, &placed)?;
-            let body = body(object);
+            let body = object.body();
             // The physics knows more rules than are worth repeating here, so it is asked.
             world
                 .add(body.clone(), Pose::identity())
@@ -84,7 +80,8 @@ impl Builder<'_> {
         Ok(Magnet { a: file.a.clone(), b: file.b.clone(), seat, force: file.force, range: file.range })
     }
 
-    /// Whether the objects find places that are apart, in a few draws; an episode whose start does not is refused when it comes.
+    /// Whether the objects find places that are apart, in a few draws. An episode whose objects do not is refused when it
+    /// starts.
     pub(super) fn check_starts(&self, files: &Located<'_, ObjectFile>, setting: &Setting) -> Result<(), TaskError> {
         /// Draws: regions that overlap by a quarter or more are found nine times in ten.
         const DRAWS: u64 = 8;

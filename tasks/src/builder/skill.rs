@@ -2,22 +2,16 @@
 
 use situ_sim::{Gripper, MAX_SQUEEZE, pose_at, rotation_about};
 
-use super::{Builder, Located, Names, located};
+use super::check::Builder;
+use super::layers::Located;
+use super::names::Names;
 use crate::error::TaskError;
-use crate::file::{KeyframeFile, SkillFile, VariationFile};
+use crate::file::{KeyframeFile, SkillFile};
 use crate::key::Key;
-use crate::predicate::Role;
-use crate::skill::{Keyframe, Skill};
+use crate::skill::{KeyframeCommand, Skill};
+use crate::vocabulary::Role;
 
-impl<'a> Builder<'a> {
-    pub(super) fn merged_skills(
-        &self,
-        patch: &Option<(Key, &'a VariationFile)>,
-    ) -> Result<Located<'a, SkillFile>, TaskError> {
-        let base = located(&Key::default(), "skill", &self.file.skill);
-        self.merged(base, patch, "skill", |v| &v.skill, |s| &s.name, true)
-    }
-
+impl Builder<'_> {
     pub(super) fn skills(&self, files: &Located<'_, SkillFile>, names: &Names) -> Result<Vec<Skill>, TaskError> {
         let mut skills = Vec::new();
         for (key, file) in files {
@@ -43,7 +37,12 @@ impl<'a> Builder<'a> {
         Ok(skills)
     }
 
-    pub(super) fn keyframe(&self, key: &Key, file: &KeyframeFile, tool: [f64; 3]) -> Result<Keyframe, TaskError> {
+    pub(super) fn keyframe(
+        &self,
+        key: &Key,
+        file: &KeyframeFile,
+        tool: [f64; 3],
+    ) -> Result<KeyframeCommand, TaskError> {
         let gripper = match (file.open, file.close) {
             (Some(_), Some(_)) => {
                 return self.wrong(&key.field("close"), "expected either `open` or `close`, not both");
@@ -69,6 +68,6 @@ impl<'a> Builder<'a> {
             * rotation_about([1.0, 0.0, 0.0], roll);
         let tool = pose_at(tool, Default::default());
         let pose = pose_at(file.at, rotation) * tool.inverse();
-        Ok(Keyframe { pose, gripper, hold: file.hold, contact: file.contact })
+        Ok(KeyframeCommand { pose, gripper, hold: file.hold, contact: file.contact })
     }
 }

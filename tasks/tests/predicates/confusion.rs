@@ -1,8 +1,9 @@
 //! Counting: how often a condition and the labels of states agreed.
 //!
-//! A label is the kind of a state, and that is how the state was made. Beside it stands what an oracle says, a measurement that shares no
-//! code with the conditions. A state whose label and oracle differ is not the state that it was meant to be, and fails the test as a
-//! miss of the condition does: nothing is left out of the count because it does not suit.
+//! A label is the kind of a state, and the kind is how the state was made. Beside the label stands the word of an
+//! oracle, a measurement that shares no code with the conditions. Where label and oracle differ, the state is not what
+//! it was meant to be, and the test fails, as it does when the condition is wrong. No state is left out of the count
+//! because it does not suit.
 
 use std::fmt::Write as _;
 
@@ -54,7 +55,8 @@ impl Labels {
         Labels { word, states: Vec::new() }
     }
 
-    /// A state in which the condition is fulfilled. `how` says how it was made, `oracle` what was found out without the condition.
+    /// A state in which the condition is fulfilled. `how` says how it was made. `oracle` is what was found out without
+    /// the condition.
     pub(crate) fn truly(&mut self, scene: &Scene, condition: &str, how: &str, oracle: bool) {
         self.add(Kind::True, scene, condition, how, oracle);
     }
@@ -101,7 +103,8 @@ impl Labels {
         format!("| {word} | {truly} | {near} | {dropped} | {tp} | {fp} | {fn_} | {tn} | {precision:.3} | {recall:.3} |")
     }
 
-    /// All that is wrong: misses of the condition, states that are not what they were meant to be, states that are missing.
+    /// All that is wrong: mistakes of the condition, states that are not what they were meant to be, states that are
+    /// missing.
     pub(crate) fn complaints(&self) -> Vec<String> {
         let mut complaints = Vec::new();
         for State { kind, condition, made, holds, oracle } in &self.states {

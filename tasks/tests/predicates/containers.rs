@@ -1,12 +1,15 @@
 //! `inside` and `filled`: what a container holds.
 //!
-//! The rooms of the containers are written out here, from the files of the tasks, as solids of a floor, a rim and walls; where a thing or a bead
-//! is in one comes from places and axes alone. Where nothing holds the thing, a second oracle asks the walls: when somebody jerks the container
-//! aside in a copy, what is inside has to come along, and what lies on it stays behind.
+//! The rooms of the containers are written out here, from the files of the tasks, as solids of a floor, a rim and
+//! walls. Whether a thing or a bead is in one follows from places and axes alone. Where nothing holds the thing, a
+//! second oracle asks the walls: somebody jerks the container aside in a copy. A thing inside has to come along, and a
+//! thing that lies on it stays behind.
 //!
-//! `inside` is made by letting things fall into containers, and all but made above the rim, on the cover, on the roof, on a heap, beside the wall.
+//! `inside` is made by letting things fall into containers. Near misses lie above the rim, on the cover, on the roof,
+//! on a heap, beside the wall.
 //!
-//! `filled` is made by pouring some of the beads. With n beads in the container, the condition asks for half a bead less or half a bead more.
+//! `filled` is made by pouring some of the beads. With n beads in the container, the condition asks for half a bead
+//! less or half a bead more.
 
 use situ_sim::{Gripper, Pose, pose_at, rotation_about};
 
@@ -168,7 +171,8 @@ fn drawer(labels: &mut Labels, seed: u64) {
 fn bowl(labels: &mut Labels) {
     let mut scene = Scene::start("pour", Some("lid"), SEEDS[0]);
     let is_in = |scene: &Scene| BOWL.has(scene.place_in("lid", "bowl"));
-    // The origin of the lid is the underside of its flange, which is 4 mm thick and lies on the rim; its plug is inside.
+    // The origin of the lid is the underside of its flange, which is 4 mm thick and lies on the rim; its plug is
+    // inside.
     let [x, y, z] = scene.place_in("lid", "pitcher");
     labels.near_miss(&scene, "inside(lid, pitcher)", "on it, its plug inside", PITCHER.has([x, y, z + 0.002]));
     scene.go("lid", [0.0, 0.0, 0.12], Some(HALF_OPEN));

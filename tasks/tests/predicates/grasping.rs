@@ -1,11 +1,12 @@
 //! `held` and `upright`: what the hand does with one object.
 //!
-//! `held` is made by closing the fingers on a thing, and all but made in each way in which fingers can be about a thing, or press on it,
-//! without a grasp. The oracle moves the hand by 3 cm in a copy: what is held comes along, upwards if it lies free, along its rails if it slides.
-//! What only rides on a thing that is held comes along, too, until the hand turns over.
+//! `held` is made by closing the fingers on a thing. Near misses are all the ways in which fingers can be about a
+//! thing, or press on it, without a grasp. The oracle moves the hand by 3 cm in a copy. A held thing comes along:
+//! upwards if it lies free, along its rails if it slides. A thing that only rides on a held thing comes along, too,
+//! until the hand turns over.
 //!
-//! `upright` is made by turning the hand by a known angle with the thing in it, to either side of the limit, or by letting it fall over. The
-//! oracle is the slope of the z axis, from its height and its length in the plane.
+//! `upright` is made by turning the hand with the thing in it by a known angle, to either side of the limit, or by
+//! letting the thing fall over. The oracle is the slope of the z axis, from its height and its length in the plane.
 
 use situ_sim::{Gripper, pose_at, rotation_about};
 
@@ -79,7 +80,7 @@ fn cube(labels: &mut Labels, seed: u64, block: &str) {
 /// A small block on a larger one: the hand takes the one or the other.
 fn tower(labels: &mut Labels, seed: u64) {
     let mut scene = Scene::start("stack", Some("occupied"), seed);
-    // Rides on what the hand holds: it comes along, but not when the hand turns.
+    // A thing that rides on what the hand holds comes along, but not when the hand turns.
     let stays_when_turned = |scene: &Scene, object: &str| {
         let turned = scene.after(|world| {
             let high = pose_at([0.0, 0.0, 0.15], Default::default()) * world.tcp();
@@ -130,8 +131,9 @@ fn fin(labels: &mut Labels, seed: u64) {
     labels.truly(&scene, "held(drawer)", "pulled by its fin", follows(&scene));
     scene.grip(HALF_OPEN);
     labels.dropped_later(&scene, "held(drawer)", "the fin was let go", follows(&scene));
-    // Beside its middle only one finger presses on the fin, which cannot give way sideways. It drags the drawer along by friction, so here the
-    // oracle is the gap: the fin is 12 mm thick, and a grasp closes on it.
+    // Beside the middle of the fin only one finger presses on it, and the fin cannot give way sideways. The finger
+    // drags the drawer along by friction, so the oracle here is the gap: the fin is 12 mm thick, and a grasp closes on
+    // it.
     scene.shift((frame.rotation * nalgebra::Vector3::new(0.0, 0.004, 0.0)).into());
     scene.grip(Gripper::Close(20.0));
     let is_closed_on_it = scene.world().opening() < 0.013;

@@ -1,4 +1,4 @@
-//! Each measuring condition against states whose label is known because physics was made to produce them.
+//! Each measuring condition against states with a known label: physics was made to produce them.
 //!
 //! ```text
 //! cargo test -p situ-tasks --test predicates -- --nocapture
@@ -6,27 +6,31 @@
 //!
 //! prints the table of counts as Markdown.
 //!
-//! A benchmark whose measure of success is wrong measures nothing, so each of the nine conditions that measure the world (`held`, `on`, `inside`,
-//! `filled`, `upright`, `near`, `at`, `open`, `pressed`) meets at least 40 states, over several start seeds and task families, of three kinds:
-//! *true*; *near miss*, as close to the meaning or to the limit as physics allows; *dropped later*, which was true and has been undone. At least
-//! ten are of each kind. Precision and recall have to be 1.0, and a miss is listed with the condition, the task, the seed and how the state was made.
+//! A benchmark whose measure of success is wrong measures nothing. So each of the nine conditions that measure the
+//! world (`held`, `on`, `inside`, `filled`, `upright`, `near`, `at`, `open`, `pressed`) meets at least 40 states, over
+//! several start seeds and task families. They are of three kinds: *true*; *near miss*, as close to the meaning or to
+//! the limit as physics allows; *dropped later*, true once and then undone. At least ten are of each kind. Precision
+//! and recall have to be 1.0. A mistake is listed with the condition, the task, the seed and how the state was made.
 //!
-//! The label is how the state was made. No label shares code with the conditions: where a state can be confirmed, an oracle does so by trying
-//! something in a copy of the world (does it rise with the hand? does it rise with its support? do the walls take it along?) or by arithmetic of
-//! its own on places and axes, with the dimensions written out here from the files of the tasks. Label and oracle have to agree as well.
+//! The label is how the state was made. No label shares code with the conditions. Where a state can be confirmed, an
+//! oracle confirms it. It tries something in a copy of the world (does the thing rise with the hand? with its support?
+//! do the walls take it along?), or computes with places and axes, and with dimensions that are written out here from
+//! the files of the tasks. Label and oracle have to agree as well.
 //!
 //! What it has caught:
-//! - `held` was true of a cube that both finger tips pressed on from above, of the base that the tips stood on while they held something else, and
-//!   of a button that closed fingers pushed: two forces are no grasp unless the thing is between the fingers.
-//! - `on` was true of a cube that was held beside a plank and touched its side: the circle about a plank reaches far beyond its long sides.
-//! - `inside` was true of the lid that lies on a pitcher, for contacts give and its origin sank 7 µm below the rim.
+//! - `held` was true of a cube that both finger tips pressed on from above, of the base that the tips stood on while
+//!   they held something else, and of a button that closed fingers pushed. Two forces are a grasp only if the thing is
+//!   between the fingers.
+//! - `on` was true of a cube that was held beside a plank and touched its side: the circle about a plank reaches far
+//!   beyond its long sides.
+//! - `inside` was true of the lid that lies on a pitcher: contacts give, and its origin sank 7 µm below the rim.
 
 mod confusion;
 mod containers;
 mod grasping;
-mod joints;
 mod places;
 mod scene;
+mod slides;
 
 use situ_tasks::Predicate;
 
@@ -43,8 +47,8 @@ fn each_condition_agrees_with_the_labels() {
         grasping::upright,
         places::near,
         places::at,
-        joints::open,
-        joints::pressed,
+        slides::open,
+        slides::pressed,
     ];
     let all = conditions.map(|label| label());
     println!("{}", confusion::table(&all));

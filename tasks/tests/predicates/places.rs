@@ -1,13 +1,16 @@
 //! `on`, `near` and `at`: where one thing is beside another.
 //!
-//! `on` is made by putting a thing down on another one, and all but made above it, beside it, below it, in it, two storeys above it. The oracle
-//! of bearing: let go of in a copy, the thing does not fall; and when the other one is lifted in a copy, it rises. A neighbour that touches
-//! does neither. What a bin bears on its floor rises with the bin, so there the oracle is the height of the lowest corner above the rim.
+//! `on` is made by putting a thing down on another one. Near misses are above it, beside it, below it, in it, two
+//! storeys above it. The oracle asks whether the other thing bears this one: let go of in a copy, the thing does not
+//! fall; and when the other one is lifted in a copy, it rises. A neighbour that touches does neither. What a bin bears
+//! on its floor rises with the bin, so there the oracle is the height of the lowest corner above the rim.
 //!
-//! `near` is made by going to a known distance, a millimetre or two to either side of the limit; the oracle is the distance by its three differences.
+//! `near` is made by going to a known distance, a millimetre or two to either side of the limit. The oracle is the
+//! distance by its three differences.
 //!
-//! `at` is made by putting a thing down at a place, and all but made by not letting go, by letting go too early, by missing the place, by
-//! letting it slide through. The oracle: its distance in the plane, its way in the next steps, and whether it rises with the hand in a copy.
+//! `at` is made by putting a thing down at a place. Near misses are not letting go, letting go too early, missing the
+//! place, sliding through it. The oracle is the distance in the plane, the way in the next steps, and whether the thing
+//! rises with the hand in a copy.
 
 use situ_sim::{Gripper, Pose, World};
 
@@ -106,7 +109,8 @@ fn side_by_side(labels: &mut Labels, seed: u64) {
     labels.near_miss(&scene, "on(base, middle)", "put down side by side", bears(&scene, "base", "middle"));
 }
 
-/// A plank that is longer than it is wide: its corners are far from its middle, and beside its long side there is nothing to lie on.
+/// A plank that is longer than it is wide: its corners are far from its middle, and nothing can lie on it beside its
+/// long side.
 fn plank(labels: &mut Labels, seed: u64) {
     /// Half of the plank's width, metres.
     const HALF_WIDTH: f64 = 0.05;

@@ -1,7 +1,8 @@
-//! A scene: an episode whose hand the test moves, and the measurements that the oracles share.
+//! A scene: an episode in which the test moves the hand, and the measurements that the oracles share.
 //!
-//! The measurements take positions and axes of bodies from the world, as numbers, and copies of the world in which something is tried: the hand
-//! is moved, somebody bumps into a thing, time passes. None asks a condition, an outline, the room of a container, a grip force or a joint.
+//! The measurements take positions and axes of bodies from the world, as numbers, and copies of the world in which
+//! something is tried: the hand is moved, somebody bumps into a thing, time passes. They use no condition, outline,
+//! room of a container, grip force or slide.
 
 use std::sync::Arc;
 
@@ -56,7 +57,7 @@ impl Scene {
     }
 
     pub(crate) fn holds(&self, predicate: &Predicate) -> bool {
-        self.episode.setting().holds(predicate, self.world())
+        predicate.holds(self.world())
     }
 
     /// The level frame of an object as it is now.

@@ -4,46 +4,41 @@ use std::collections::BTreeSet;
 
 use situ_sim::{Guard, Motion, Pose, Slide, World};
 
-use super::{Builder, Located, Names, located};
+use super::check::Builder;
+use super::layers::{Located, New, laid_over};
+use super::names::Names;
 use crate::error::TaskError;
-use crate::file::{JointFile, VariationFile};
+use crate::file::SlideFile;
 use crate::key::Key;
-use crate::predicate::Role;
-use crate::setting::Placed;
+use crate::placement::Placed;
+use crate::vocabulary::Role;
 
-/// How many iterations the physics' solver may make in a step: with more, nothing changes.
+/// How many iterations the solver of the physics may make in a step. More than these change nothing.
 const ITERATIONS: std::ops::RangeInclusive<usize> = 1..=64;
 
 impl<'a> Builder<'a> {
-    /// The base's joints with those of the variation: one of the same object replaces.
-    pub(super) fn merged_joints(
+    /// The slides of the file with those of a variation: one of the same object replaces.
+    pub(super) fn merged_slides(
         &self,
-        patch: &Option<(Key, &'a VariationFile)>,
-    ) -> Result<Located<'a, JointFile>, TaskError> {
-        let mut merged: Located<'a, JointFile> = Vec::new();
-        let base = located(&Key::default(), "joint", &self.file.joint);
-        let patches = patch.as_ref().map(|(key, variation)| located(key, "joint", &variation.joint));
-        for list in std::iter::once(base).chain(patches) {
+        lists: [Located<'a, SlideFile>; 2],
+    ) -> Result<Located<'a, SlideFile>, TaskError> {
+        for list in &lists {
             let mut seen = BTreeSet::new();
-            for (key, joint) in list {
-                if !seen.insert(joint.object.as_str()) {
-                    let expected = format!("`{}` slides already; expected one joint an object", joint.object);
+            for (key, slide) in list {
+                if !seen.insert(slide.object.as_str()) {
+                    let expected = format!("`{}` slides already; expected one `[[joint]]` for an object", slide.object);
                     return self.wrong(&key.field("object"), expected);
-                }
-                match merged.iter_mut().find(|(_, old)| old.object == joint.object) {
-                    Some(old) => *old = (key, joint),
-                    None => merged.push((key, joint)),
                 }
             }
         }
-        Ok(merged)
+        Ok(laid_over(lists, |slide| &slide.object, New::Last))
     }
 
-    /// A joint of the file.
-    pub(super) fn joint(
+    /// A slide of the file: `[[joint]]`.
+    pub(super) fn slide(
         &self,
         key: &Key,
-        file: &JointFile,
+        file: &SlideFile,
         placed: &[Placed],
         names: &Names,
     ) -> Result<Slide, TaskError> {

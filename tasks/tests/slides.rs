@@ -1,6 +1,7 @@
-//! `open` and `pressed` against states whose label is known because a hand has produced them: true, near miss on either side, changed back later.
+//! `open` and `pressed` against states with a known label, which a hand has produced: true, near miss on either side,
+//! changed back later.
 //!
-//! A label is the way that the hand has pulled or pushed, measured from where it touched; no label asks the joint.
+//! A label is the way that the hand has pulled or pushed, measured from where it touched. No label asks the slide.
 
 use std::sync::Arc;
 
@@ -55,7 +56,8 @@ fn open() {
         for seed in 0..4 {
             let mut episode = start("drawer", variation, seed);
             confusion.count(episode.holds(&is_open), false);
-            // The fin is taken once; then the hand pulls and pushes, and the drawer is as far open as the hand has gone.
+            // The fin is taken once; then the hand pulls and pushes, and the drawer is as far open as the hand has
+            // gone.
             let frame = episode.reference_pose("drawer").expect("there");
             go(&mut episode, &frame, [-0.14, 0.0, 0.17], Some(Gripper::Open(0.06)));
             go(&mut episode, &frame, [-0.14, 0.0, 0.06], Some(Gripper::Close(20.0)));
@@ -79,7 +81,7 @@ fn pressed() {
         // Half of the states are of caps that stay in, half of caps on a spring, which follow the hand back out.
         for (seed, spring) in [(0, 0.0), (1, 0.0), (0, 300.0), (1, 300.0)] {
             let mut setting = Setting::clone(start("press", variation, seed).setting());
-            setting.joints.iter_mut().for_each(|slide| {
+            setting.slides.iter_mut().for_each(|slide| {
                 slide.spring = spring;
                 slide.friction = if spring > 0.0 { 0.5 } else { slide.friction };
             });
@@ -107,8 +109,9 @@ fn pressed() {
 
 #[test]
 fn a_finger_that_rebounds_presses_no_longer() {
-    // Taken near its end, a cap that cannot give way sideways is hit by one finger and then by the other. The engine can keep the impulses of
-    // a pair that has come apart: a finger 3 mm away was felt pressing with its last 78 N, and the force on the hand rose to 70 N.
+    // A cap that is taken near its end cannot give way sideways. It is hit by one finger and then by the other. The
+    // engine can keep the impulses of a pair that has come apart: a finger 3 mm away was felt pressing with its last 78
+    // N, and the force on the hand rose to 70 N.
     let mut episode = start("press", None, 0);
     let frame = episode.reference_pose("green").expect("there");
     for (x, gripper) in [

@@ -1,7 +1,8 @@
 //! `open` and `pressed`: how far a thing that slides has gone.
 //!
-//! Both are made by a hand that pulls or pushes by a known way, a few millimetres to either side of the limit. The oracle is where the thing
-//! is in the frame of what it slides in, less where it is at the start of its range; both are written out here, from the files of the tasks.
+//! Both are made by a hand that pulls or pushes by a known way, a few millimetres to either side of the limit. The
+//! oracle is the place of the thing in the frame of what it slides in, less its place at the start of its range. Both
+//! are written out here, from the files of the tasks.
 
 use std::sync::Arc;
 
@@ -19,7 +20,8 @@ const CAP_TRAVEL: f64 = 0.03;
 const DRAWER_TRAVEL: f64 = 0.195;
 /// The squeeze at the fin of a drawer.
 const PULL: Gripper = Gripper::Close(20.0);
-/// Where the closed fingers touch a cap that nobody has pushed: the place of the TCP along x, and its height, in the frame of the housing, metres.
+/// Where the closed fingers touch a cap that nobody has pushed: the place of the TCP along x, and its height, in the
+/// frame of the housing, metres.
 const TOUCH: f64 = -0.165;
 const CAP_HEIGHT: f64 = 0.09;
 
@@ -76,7 +78,8 @@ fn pulled(labels: &mut Labels, seed: u64, variation: Option<&str>, began: f64) {
     labels.dropped_later(&scene, &shut, "pushed in to 3 mm less than that", opening(&scene) >= SHUT);
 }
 
-/// The teacher's pull, where something is in its way: grease in the rails, a pin before the panel, a fin that is not where it was.
+/// The teacher's pull with something in its way: grease in the rails, a pin before the panel, a fin that is not where
+/// it was.
 fn hindered(labels: &mut Labels, seed: u64) {
     const LIMIT: f64 = 0.10;
     for (variation, why) in [
@@ -137,7 +140,7 @@ fn pushed(labels: &mut Labels, seed: u64, variation: Option<&str>, higher: f64) 
 /// Caps on a spring, which follow the hand back out.
 fn springy(labels: &mut Labels, seed: u64) {
     let mut changed = Setting::clone(&setting("press", None));
-    for slide in &mut changed.joints {
+    for slide in &mut changed.slides {
         slide.spring = 300.0;
         slide.friction = 0.5;
     }

@@ -1,0 +1,100 @@
+//! What belongs to a file as a whole: names, sequences of variations, and the observed state.
+
+use std::collections::BTreeSet;
+
+use super::check::Builder;
+use super::layers::located;
+use super::names::Names;
+use crate::error::TaskError;
+use crate::feature::{Observable, WorldSchema};
+use crate::key::Key;
+use crate::sequence::VariationSequence;
+
+impl Builder<'_> {
+    /// Checks the name of the file, and those of its variations.
+    pub(crate) fn check_names(&self) -> Result<(), TaskError> {
+        let root = Key::default();
+        self.check_word(&root.field("name"), &self.file.name)?;
+        let mut seen = BTreeSet::new();
+        for (key, variation) in located(&root, "variation", &self.file.variation) {
+            let key = key.field("name");
+            self.check_word(&key, &variation.name)?;
+            if !seen.insert(variation.name.as_str()) {
+                let expected = format!("the variation `{}` exists already; expected another name", variation.name);
+                return self.wrong(&key, expected);
+            }
+        }
+        Ok(())
+    }
+
+    /// The sequences of variations.
+    pub(crate) fn sequences(&self) -> Result<Vec<VariationSequence>, TaskError> {
+        let mut seen = BTreeSet::new();
+        let mut sequences = Vec::new();
+        for (key, file) in located(&Key::default(), "sequence", &self.file.sequence) {
+            self.check_word(&key.field("name"), &file.name)?;
+            if !seen.insert(&file.name) {
+                let expected = format!("the sequence `{}` exists already; expected another name", file.name);
+                return self.wrong(&key.field("name"), expected);
+            }
+            self.check_variations(&key.field("variations"), &file.variations)?;
+            let analysis = file.analysis.trim().to_owned();
+            sequences.push(VariationSequence {
+                name: file.name.clone(),
+                analysis,
+                variations: file.variations.clone(),
+            });
+        }
+        Ok(sequences)
+    }
+
+    /// Checks that a sequence is of at least two variations of the file, each once.
+    fn check_variations(&self, key: &Key, names: &[String]) -> Result<(), TaskError> {
+        if names.len() < 2 {
+            return self.wrong(key, "expected at least two variations");
+        }
+        let known: Vec<&str> = self.file.variation.iter().map(|variation| variation.name.as_str()).collect();
+        for (i, name) in names.iter().enumerate() {
+            let key = key.index(i);
+            if !known.contains(&name.as_str()) {
+                let expected = format!("there is no variation `{name}`; expected one of {}", known.join(", "));
+                return self.wrong(&key, expected);
+            }
+            if names[..i].contains(name) {
+                return self.wrong(&key, format!("`{name}` is in the sequence already; expected each variation once"));
+            }
+        }
+        Ok(())
+    }
+
+    /// The features of the family: names may belong to the original or to any variation.
+    pub(crate) fn schema(&self) -> Result<WorldSchema, TaskError> {
+        let all = self.all_names();
+        let mut observables = Vec::new();
+        for (key, text) in located(&Key::default(), "observe", &self.file.observe) {
+            let observable = Observable::parse(text).map_err(|expected| self.document.error(&key, expected))?;
+            let mut unknown = None;
+            observable.visit_names(&mut |name, role| unknown = unknown.take().or_else(|| all.mistake(name, role)));
+            if let Some(expected) = unknown {
+                return self.wrong(&key, expected);
+            }
+            if observables.contains(&observable) {
+                return self.wrong(&key, format!("`{text}` is observed already; expected each feature once"));
+            }
+            observables.push(observable);
+        }
+        if observables.is_empty() {
+            return self.wrong(&Key::default().field("observe"), "expected at least one feature");
+        }
+        Ok(WorldSchema::new(observables))
+    }
+
+    /// The names of the original and of all variations.
+    fn all_names(&self) -> Names {
+        let (file, root) = (self.file, Key::default());
+        let names = |object, slide, beads| Names::new(&located(&root, "", object), &located(&root, "", slide), beads);
+        let original = names(&file.object, &file.joint, file.beads.is_some());
+        let variations = file.variation.iter().map(|v| names(&v.object, &v.joint, v.beads.is_some()));
+        variations.fold(original, Names::and)
+    }
+}
