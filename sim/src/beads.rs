@@ -24,7 +24,8 @@ pub struct Beads {
     pub density: f64,
     /// Coefficient of friction.
     pub friction: f64,
-    /// Rate at which spinning dies away, 1/s. The engine has no rolling friction: without damping a bead rolls for ever.
+    /// Rate at which spinning dies away, 1/s. The engine has no rolling friction: a bead without damping rolls for
+    /// ever.
     pub angular_damping: f64,
 }
 
@@ -34,7 +35,11 @@ impl Beads {
         Beads { count, radius: 0.006, density: 1000.0, friction: 0.4, angular_damping: 2.0 }
     }
 
-    /// Centres of the beads in the container's frame: layers of a hexagonal lattice from the floor up, every second one shifted.
+    /// Centres of the beads in the container's frame, metres: layers of a hexagonal lattice from the floor up, every
+    /// second layer shifted.
+    ///
+    /// # Errors
+    /// A property of the beads is impossible, or they do not fit below the rim.
     pub(crate) fn layout(&self, container: &str, interior: &Interior) -> Result<Vec<[f64; 3]>, SimError> {
         within(container, "a bead's radius must be 1 mm to 5 cm", &[self.radius], 1e-3, 5e-2)?;
         within(container, "a bead's density must be 1 to 30000 kg/m³", &[self.density], 1.0, 3e4)?;

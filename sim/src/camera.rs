@@ -1,4 +1,4 @@
-//! A camera: one ray a pixel against the true collision shapes, Lambert shading, one ray for the shadow.
+//! A camera: one ray for each pixel against the true collision shapes, Lambert shading, one ray for the shadow.
 
 use nalgebra::{Point3, Vector3};
 use rapier3d::geometry::{Collider, Ray};
@@ -9,14 +9,15 @@ use serde::{Deserialize, Serialize};
 use crate::frame::to_engine_vector;
 use crate::image::Image;
 use crate::ray::meet;
-use crate::world::{Tag, World};
+use crate::tag::Tag;
+use crate::world::World;
 
 /// A pinhole camera. Metres, world frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
     /// Where it is.
     pub eye: [f64; 3],
-    /// What it looks at; up is up in the picture.
+    /// What it looks at. Up is up in the picture.
     pub target: [f64; 3],
     /// Vertical angle of view in radians.
     pub fov: f64,
@@ -50,14 +51,15 @@ const BEAD_COLOR: [u8; 3] = [236, 146, 38];
 /// Colour of what lies beyond the table.
 const SKY: [u8; 3] = [238, 241, 245];
 
-/// From where, seen from the table, a camera that is set up by [`Camera::around`] looks: high enough to see into a bin.
+/// The direction from the table to a camera that [`Camera::around`] sets up: high enough to see into a bin.
 const VIEW: [f64; 3] = [0.16, -0.7, 0.46];
-/// How much of the picture, from its middle to its edge, a camera that is set up by [`Camera::around`] fills.
+/// How much of the picture, from its middle to its edge, a camera that [`Camera::around`] sets up fills.
 const FILLED: f64 = 0.94;
 
 impl Camera {
-    /// The camera that looks from the front and above, from as near as it can with all these boxes in the picture; `aspect` is the picture's
-    /// width over its height. A box is given by its least and largest corner, metres, world frame. No boxes give the default camera.
+    /// The camera that looks from the front and above, from as near as it can with all these boxes in the picture.
+    /// `aspect` is the picture's width over its height. A box is given by its least and largest corner, metres, world
+    /// frame. No boxes give the default camera.
     pub fn around(boxes: &[[[f64; 3]; 2]], aspect: f64) -> Camera {
         let default = Camera::default();
         let [right, up, ahead] = Camera { eye: VIEW, target: [0.0; 3], fov: default.fov }.axes();
@@ -70,8 +72,9 @@ impl Camera {
         if points.is_empty() {
             return default;
         }
-        // A point at (x, z), sideways and ahead, is in the picture if |x − x₀| ≤ s (z − z₀) for an eye at (x₀, z₀): each side of the picture
-        // bounds x₀ − s z₀ from below and x₀ + s z₀ from above, and the nearest eye is where both bounds of the tighter axis meet.
+        // An eye at (x₀, z₀) sees a point at (x, z), sideways and ahead, if |x − x₀| ≤ s (z − z₀). So each side of the
+        // picture bounds x₀ − s z₀ from below and x₀ + s z₀ from above. The nearest eye is where both bounds of the
+        // tighter axis meet.
         let half = FILLED * libm::tan(0.5 * default.fov);
         let limits = [(right, half * aspect), (up, half)].map(|(axis, slope)| {
             let low = points.iter().map(|p| p.dot(&axis) - slope * p.dot(&ahead)).fold(f64::NEG_INFINITY, f64::max);
@@ -88,7 +91,7 @@ impl Camera {
     fn axes(&self) -> [Vector3<f64>; 3] {
         let ahead = (Point3::from(self.target) - Point3::from(self.eye)).normalize();
         let across = ahead.cross(&Vector3::z());
-        // Looking straight down, "up" in the picture is y.
+        // For a camera that looks straight down, y is up in the picture.
         let right = if across.norm() > 1e-9 { across.normalize() } else { Vector3::x() };
         [right, right.cross(&ahead), ahead]
     }
@@ -113,7 +116,7 @@ impl Camera {
                 image.set(column, row, look(f64::from(column), f64::from(row)));
             }
         }
-        // Edges are looked at again with four rays a pixel, so that they are no staircase.
+        // A pixel on an edge is looked at again with four rays, so that the edge is no staircase.
         let rough = image.clone();
         for row in 0..height {
             for column in 0..width {
@@ -149,7 +152,8 @@ fn mix(colors: &[[u8; 3]; 4]) -> [u8; 3] {
     [0, 1, 2].map(|c| (colors.iter().map(|color| u16::from(color[c])).sum::<u16>() / 4) as u8)
 }
 
-/// The colliders of a world with a tree over where they are now (the engine's own is a step behind, and empty before the first step).
+/// The colliders of a world with a tree over where they are now. The engine's own tree is a step behind, and empty
+/// before the first step.
 struct Scene<'a> {
     world: &'a World,
     colliders: Vec<&'a Collider>,

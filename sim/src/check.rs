@@ -6,7 +6,8 @@ use crate::frame::{self, Pose};
 /// No pose may be further than this from the world's origin, in metres.
 const WORKSHOP: f64 = 5.0;
 
-/// An error if any value is not within `[low, high]` (a value that is not a number is not). `what` is the rule, in words.
+/// An error if any value is not within `[low, high]` (a value that is not a number is not). `what` is the rule, in
+/// words.
 pub(crate) fn within(object: &str, what: &'static str, values: &[f64], low: f64, high: f64) -> Result<(), SimError> {
     match values.iter().find(|&&v| !(low..=high).contains(&v)) {
         Some(&value) => Err(SimError::BadValue { object: object.to_owned(), what, value }),

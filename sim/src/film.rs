@@ -1,6 +1,7 @@
 //! Films: pictures shown one after the other, encoded as animated PNG.
 //!
-//! A film keeps of each picture only the rectangle that differs from the one before, which is little: the table stands still.
+//! A film keeps only the rectangle of each picture that differs from the picture before. It is small, since the table
+//! stands still.
 
 use crate::error::SimError;
 use crate::image::{Image, encoder, refused};

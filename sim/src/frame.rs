@@ -6,7 +6,8 @@ use rapier3d::math::{Pose as EnginePose, Rotation, Vector};
 /// A pose: metres, world frame (z up) unless said otherwise.
 pub type Pose = nalgebra::Isometry3<f64>;
 
-/// Below this sine of the half angle between two rotations, spherical and straight interpolation agree to the last bits.
+/// Below this sine of the half angle between two rotations, spherical and straight interpolation agree to the last
+/// bits.
 const SMALL_HALF_ANGLE_SINE: f64 = 1e-9;
 
 /// A rotation by `angle` radians about `axis` (any length but zero; a zero or non-finite axis gives no rotation).
@@ -76,8 +77,9 @@ pub(crate) fn to_engine(pose: &Pose) -> EnginePose {
 
 /// Our pose in the engine's numbers, for a kinematic body that is at `now`.
 ///
-/// Two quaternions are one rotation. The engine takes a body's velocity from the quaternions as they stand, and of the wrong one of the two
-/// it makes a whole turn in a single step (1500 rad/s): whatever the hand held was shot out of it. So it gets the one that is near.
+/// Two quaternions stand for one rotation. The engine takes a body's velocity from the quaternions as they stand. Given
+/// the wrong one of the two, it makes a whole turn in a single step (1500 rad/s), and whatever the hand held was shot
+/// out of it. So the engine gets the one that is near.
 pub(crate) fn to_engine_near(pose: &Pose, now: &EnginePose) -> EnginePose {
     let mut near = to_engine(pose);
     if near.rotation.dot(now.rotation) < 0.0 {

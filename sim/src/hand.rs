@@ -1,8 +1,9 @@
 //! The hand: a palm that goes where it is told, and two fingers that press with a given force.
 //!
-//! The palm is kinematic. Each finger is a dynamic body on a prismatic joint with a force-based motor. The motors are coupled in software,
-//! as one spindle couples the jaws of a real gripper: when closing, the common target is the *mean* position of the fingers less F/k,
-//! so both press with F, and the difference of the two is held by the stiffness k (uncoupled fingers drift sideways by a centimetre).
+//! The palm is kinematic. Each finger is a dynamic body on a rail with a force-based motor. The motors are coupled in
+//! software, as one spindle couples the jaws of a real gripper. When they close, their common target is the *mean*
+//! position of the fingers less F/k, so both press with F. The stiffness k holds the difference of the two: uncoupled
+//! fingers drift sideways by a centimetre.
 
 use nalgebra::{Translation3, Vector3};
 use rapier3d::geometry::{Group, InteractionGroups, InteractionTestMode};
@@ -13,7 +14,8 @@ use rapier3d::prelude::{
 use serde::{Deserialize, Serialize};
 
 use crate::frame::{Pose, from_engine, from_engine_vector, to_engine, to_engine_near};
-use crate::world::{DT, Tag};
+use crate::step::DT;
+use crate::tag::Tag;
 
 /// Half extents of the palm in metres.
 const PALM_HALF: [f32; 3] = [0.020, 0.055, 0.015];
@@ -23,7 +25,7 @@ const PALM_ABOVE_TCP: f64 = 0.066;
 const FINGER_HALF: [f32; 3] = [0.010, 0.006, 0.030];
 /// A finger's centre above the tool centre point in metres: the tips reach 12 mm below it.
 const FINGER_ABOVE_TCP: f64 = 0.018;
-/// Mass of a finger in kg: lighter ones sink into what they press on (contact stiffness scales with mass).
+/// Mass of a finger in kg. The stiffness of contacts scales with mass: a lighter finger sinks into what it presses on.
 const FINGER_MASS: f32 = 1.0;
 /// Friction of palm and fingers: rubber pads.
 const HAND_FRICTION: f32 = 1.0;
@@ -47,7 +49,7 @@ const OPENING_FORCE: f64 = 60.0;
 const PALM_GIVES: f64 = 0.003;
 /// Time constant of the low-passed contact forces, in steps.
 const SMOOTHING_STEPS: f64 = 12.0;
-/// The parts of hand and arm collide with everything but each other.
+/// Hand and arm collide with everything but each other.
 const HAND_GROUP: Group = Group::GROUP_2;
 
 /// A command to the gripper.
@@ -64,7 +66,8 @@ pub enum Gripper {
 pub(crate) struct Hand {
     palm: RigidBodyHandle,
     fingers: [RigidBodyHandle; 2],
-    joints: [ImpulseJointHandle; 2],
+    /// What the fingers slide on.
+    rails: [ImpulseJointHandle; 2],
     colliders: [ColliderHandle; 3],
     /// Where the tool centre point is to be after the next step.
     target: Pose,
@@ -96,7 +99,7 @@ impl Hand {
             collider(PALM_HALF)
                 .active_collision_types(ActiveCollisionTypes::default() | ActiveCollisionTypes::KINEMATIC_FIXED),
         );
-        let [(left, left_collider, left_joint), (right, right_collider, right_joint)] = SIDE.map(|side| {
+        let [(left, left_collider, left_rail), (right, right_collider, right_rail)] = SIDE.map(|side| {
             let (finger, finger_collider) = physics.insert(
                 RigidBodyBuilder::dynamic()
                     .pose(to_engine(&(tcp * finger_offset(side, gap))))
@@ -104,7 +107,7 @@ impl Hand {
                     .can_sleep(false),
                 collider(FINGER_HALF).mass(FINGER_MASS),
             );
-            let joint = PrismaticJointBuilder::new(Vector::new(0.0, side as f32, 0.0))
+            let rail = PrismaticJointBuilder::new(Vector::new(0.0, side as f32, 0.0))
                 .local_anchor1(Vector::new(
                     0.0,
                     side as f32 * FINGER_HALF[1],
@@ -114,12 +117,12 @@ impl Hand {
                 .motor_model(MotorModel::ForceBased)
                 .contacts_enabled(false)
                 .build();
-            (finger, finger_collider, physics.insert_impulse_joint(palm, finger, joint))
+            (finger, finger_collider, physics.insert_impulse_joint(palm, finger, rail))
         });
         Hand {
             palm,
             fingers: [left, right],
-            joints: [left_joint, right_joint],
+            rails: [left_rail, right_rail],
             colliders: [palm_collider, left_collider, right_collider],
             target: tcp,
             command: Gripper::Open(2.0 * gap),
@@ -148,6 +151,7 @@ impl Hand {
         self.force = Vector3::zeros();
     }
 
+    /// Where the tool centre point is to be after the next step.
     pub(crate) fn aim(&mut self, tcp: Pose) {
         self.target = tcp;
     }
@@ -204,7 +208,8 @@ impl Hand {
         let palm = &mut physics.bodies[self.palm];
         palm.set_next_kinematic_position(to_engine_near(&goal, palm.position()));
         let mean = mean(self.gaps(physics));
-        // The motors damp the difference of the fingers and not their common motion: with that damped too, a gentle squeeze would arrive too late.
+        // The motors damp the difference of the fingers and not their common motion. If that were damped too, a gentle
+        // squeeze would arrive too late.
         let speed = ((mean - self.mean) / DT).clamp(-FINGER_SPEED, FINGER_SPEED);
         self.mean = mean;
         let step = FINGER_SPEED * DT;
@@ -219,10 +224,10 @@ impl Hand {
                 (self.ramp.max(mean - reach), speed, FORCE_HEADROOM * force)
             }
         };
-        for joint in self.joints {
-            if let Some(joint) = physics.impulse_joints.get_mut(joint, false) {
-                joint.data.set_motor(JointAxis::LinX, target as f32, speed as f32, STIFFNESS as f32, DAMPING as f32);
-                joint.data.set_motor_max_force(JointAxis::LinX, limit as f32);
+        for rail in self.rails {
+            if let Some(rail) = physics.impulse_joints.get_mut(rail, false) {
+                rail.data.set_motor(JointAxis::LinX, target as f32, speed as f32, STIFFNESS as f32, DAMPING as f32);
+                rail.data.set_motor_max_force(JointAxis::LinX, limit as f32);
             }
         }
     }
@@ -240,7 +245,8 @@ impl Hand {
         self.force += (impulse / DT - self.force) / SMOOTHING_STEPS;
     }
 
-    /// Whether the palm is in something that nothing moves. The engine finds that contact and gives it no force, for neither of the two yields.
+    /// Whether the palm is in something that nothing moves. The engine finds that contact and gives it no force, since
+    /// neither of the two yields.
     pub(crate) fn is_blocked(&self, physics: &PhysicsWorld) -> bool {
         let [palm, ..] = self.colliders;
         let is_fixed = |collider: ColliderHandle| {

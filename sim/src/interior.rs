@@ -48,7 +48,8 @@ impl Interior {
         }
     }
 
-    /// Whether a point in the container's frame is between the walls, above the floor and at most `above_rim` metres above the rim.
+    /// Whether a point in the container's frame is between the walls, above the floor and at most `above_rim` metres
+    /// above the rim.
     pub fn contains(&self, point: [f64; 3], above_rim: f64) -> bool {
         let [x, y, z] = point;
         if !(z >= self.floor() && z <= self.height() + above_rim) {

@@ -1,8 +1,10 @@
-//! Rapier behind nouns of the table: world, gripper, planner, beads, snapshot, camera.
+//! Rapier behind nouns of the table: world, gripper, arm, beads, snapshot, camera.
 //!
-//! A [`World`] is a table with [`Object`]s, [`Beads`] and a hand of two fingers that holds by friction alone. It is advanced in steps of
-//! 1/240 s, by itself or by the motions of the hand ([`World::move_hand`]); [`World::snapshot`] puts it aside; a [`Camera`] takes its picture.
-//! Nothing here knows of tasks, goals or learning.
+//! A [`World`] is a table with [`Object`]s, [`Beads`] and a hand of two fingers that holds by friction alone. It is
+//! advanced in steps of 1/240 s, by itself or by the motions of the hand ([`World::move_hand`]). [`World::snapshot`]
+//! puts it aside, and a [`Camera`] takes its picture. Nothing here knows of tasks, goals or learning.
+//!
+//! A [`Shape`] with its dimensions makes an [`Object`], and a task file is read straight into it.
 //!
 //! All public poses are [`Pose`]: metres, world frame, z up, the table's top at z = 0.
 //!
@@ -30,21 +32,24 @@ mod convex;
 mod error;
 mod film;
 mod frame;
+mod guard;
 mod hand;
 mod image;
 mod interior;
 mod magnet;
+mod motion;
 mod object;
 mod overlap;
 mod part;
 mod perception;
-mod planner;
 mod push;
 mod ray;
-mod route;
+mod scene;
 mod shape;
 mod slide;
 mod snapshot;
+mod step;
+mod tag;
 mod world;
 
 pub use arm::{ArmModel, Configuration, JOINTS, Joint};
@@ -54,15 +59,19 @@ pub use convex::Convex;
 pub use error::SimError;
 pub use film::Film;
 pub use frame::{Pose, pose_at, rotation_about};
+pub use guard::{ABORT_FORCE, GUARD_FORCE, Guard};
 pub use hand::{Gripper, MAX_OPENING, MAX_SQUEEZE};
 pub use image::Image;
 pub use interior::Interior;
 pub use magnet::Magnet;
-pub use object::{Motion, Object, Outline};
+pub use motion::MotionEnd;
+pub use motion::route::{MAX_SPEED, MAX_TURN};
+pub use object::{Mobility, Object, Outline};
 pub use overlap::Overlap;
 pub use part::Part;
-pub use planner::{ABORT_FORCE, GUARD_FORCE, Guard, MAX_SPEED, MAX_TURN, MotionEnd};
 pub use shape::*;
 pub use slide::Slide;
 pub use snapshot::Snapshot;
-pub use world::{ARM, DT, HAND, TABLE, World};
+pub use step::DT;
+pub use tag::{ARM, HAND, TABLE};
+pub use world::World;

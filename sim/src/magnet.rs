@@ -1,14 +1,15 @@
 //! Magnets: a force that holds one object to its seat on another, until something pulls harder.
 
 use nalgebra::{Point3, Vector3};
-use rapier3d::prelude::PhysicsWorld;
+use rapier3d::prelude::{PhysicsWorld, RigidBodyHandle};
 use serde::{Deserialize, Serialize};
 
 use crate::frame::{Pose, from_engine, to_engine_vector};
 
-/// A lid held by a magnet. While `a` is within `range` of its seat on `b`, it is drawn along −z of the seat with `force`, and `b` the other way.
+/// A lid held by a magnet. While `a` is within `range` of its seat on `b`, it is drawn along −z of the seat with
+/// `force`, and `b` the other way.
 ///
-/// Keep the force under 0.7 of the weight of `b`, or pulling at the lid lifts what it closes.
+/// Keep the force under 0.7 of the weight of `b`. Else whoever pulls at the lid lifts what it closes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Magnet {
     /// Name of the object that is held.
@@ -33,12 +34,7 @@ pub(crate) struct Bond {
 
 impl Bond {
     /// Adds this magnet's forces for the coming step.
-    pub(crate) fn pull(
-        &self,
-        physics: &mut PhysicsWorld,
-        a: rapier3d::prelude::RigidBodyHandle,
-        b: rapier3d::prelude::RigidBodyHandle,
-    ) {
+    pub(crate) fn pull(&self, physics: &mut PhysicsWorld, a: RigidBodyHandle, b: RigidBodyHandle) {
         let place = from_engine(physics.bodies[a].position());
         let seat = from_engine(physics.bodies[b].position()) * self.magnet.seat;
         let gap = place.translation.vector - seat.translation.vector;
@@ -47,7 +43,8 @@ impl Bond {
         }
         let force = to_engine_vector(&(seat.rotation * Vector3::new(0.0, 0.0, -self.magnet.force)));
         let point = to_engine_vector(&(place * Point3::origin()).coords);
-        // Sleeping bodies keep still in any case; a force must not wake them, or nothing under a magnet would ever rest.
+        // A sleeping body keeps still in any case. The force must not wake it: else a body under a magnet would never
+        // rest.
         physics.bodies[a].add_force_at_point(force, point, false);
         physics.bodies[b].add_force_at_point(-force, point, false);
     }

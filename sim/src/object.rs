@@ -11,7 +11,7 @@ const MAX_PARTS: usize = 72;
 
 /// Whether an object can be moved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Motion {
+pub enum Mobility {
     /// It stays where it is put.
     Fixed,
     /// It moves by forces.
@@ -29,15 +29,15 @@ pub struct Outline {
 
 /// A named body on the table. A [`crate::Shape`] makes one.
 ///
-/// The frame's origin is at the *centre* of blocks, cylinders and balls, at the centre of the *base* of containers, furniture and marks, and at
-/// the centre of the *underside of the flange or plate* of lids and covers. So a keyframe relative to an object says how high above its
-/// base, not above its rim.
+/// The frame's origin is at the *centre* of blocks, cylinders and balls, at the centre of the *base* of containers,
+/// furniture and marks, and at the centre of the *underside of the flange or plate* of lids and covers. So a keyframe
+/// relative to an object says how high above its base, not above its rim.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Object {
     /// Its name, unique in the world.
     pub name: String,
     /// Whether it can be moved.
-    pub motion: Motion,
+    pub mobility: Mobility,
     /// The convex pieces it is made of.
     pub parts: Vec<Part>,
     /// Its colour in pictures: red, green, blue.
@@ -51,8 +51,8 @@ pub struct Object {
 impl Object {
     /// A brick-red object that moves by forces and is no container.
     pub fn new(name: impl Into<String>, parts: Vec<Part>, outline: Outline) -> Object {
-        let (motion, color) = (Motion::Dynamic, [201, 76, 60]);
-        Object { name: name.into(), motion, parts, color, container: None, outline }
+        let (mobility, color) = (Mobility::Dynamic, [201, 76, 60]);
+        Object { name: name.into(), mobility, parts, color, container: None, outline }
     }
 
     /// The same object in another colour.
@@ -67,7 +67,7 @@ impl Object {
 
     /// The same object, immovable: a stand, a bin screwed to the table.
     pub fn fixed(self) -> Object {
-        Object { motion: Motion::Fixed, ..self }
+        Object { mobility: Mobility::Fixed, ..self }
     }
 
     /// Says what is wrong with the description, if anything.
@@ -78,7 +78,7 @@ impl Object {
             return refuse("it must have 1 to 72 parts (a cup has 3 to 64 sides)", count as f64);
         }
         self.parts.iter().try_for_each(|part| part.check(&self.name))?;
-        if self.motion == Motion::Dynamic && !self.parts.iter().any(|part| part.solid && part.density > 0.0) {
+        if self.mobility == Mobility::Dynamic && !self.parts.iter().any(|part| part.solid && part.density > 0.0) {
             return refuse("a dynamic object needs a solid part of positive density", 0.0);
         }
         self.container.as_ref().map_or(Ok(()), |interior| interior.check(&self.name))

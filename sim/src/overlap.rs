@@ -4,7 +4,8 @@ use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::parry::query::contact;
 use rapier3d::prelude::{Collider, Pose as EnginePose, RigidBodyHandle};
 
-use crate::world::{ARM, HAND, TABLE, Tag, World};
+use crate::tag::{ARM, HAND, TABLE, Tag};
+use crate::world::World;
 
 /// Two things that are inside each other.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,8 +27,8 @@ struct Placed<'a> {
 }
 
 impl World {
-    /// The two things that are deepest inside each other, by more than `allowed` metres. Beads, marks, and things that a joint keeps
-    /// from colliding are left out. `table`, `hand` and `arm` are things, too.
+    /// The two things that are deepest inside each other, by more than `allowed` metres. Beads and marks are left out,
+    /// and so are an object that slides and its parent. `table`, `hand` and `arm` are things, too.
     pub fn overlap(&self, allowed: f64) -> Option<Overlap> {
         let solid: Vec<Placed> =
             self.physics.colliders.iter().filter_map(|(_, collider)| self.placed(collider)).collect();
@@ -60,7 +61,7 @@ impl World {
         (tag != Tag::Bead).then(|| Placed { collider, tag, pose, bounds: collider.shape().compute_aabb(&pose) })
     }
 
-    /// Whether a joint keeps the two from colliding.
+    /// Whether a joint of the engine keeps the two from colliding.
     fn is_joined(&self, first: &Collider, second: &Collider) -> bool {
         let bodies = [first.parent(), second.parent()];
         let joins = |one: RigidBodyHandle, other: RigidBodyHandle| bodies == [Some(one), Some(other)];

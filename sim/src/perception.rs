@@ -6,10 +6,14 @@ use nalgebra::{Point3, Vector3};
 use rapier3d::geometry::{BoundingVolume, Collider, ContactPair};
 use rapier3d::prelude::{ColliderHandle, Pose as EnginePose, RigidBodyHandle};
 
+use crate::arm::Configuration;
 use crate::frame::{Pose, from_engine, from_engine_vector};
 use crate::hand::Gripper;
 use crate::object::Object;
-use crate::world::{ARM, DT, Entry, HAND, TABLE, Tag, World};
+use crate::slide::Guide;
+use crate::step::DT;
+use crate::tag::{ARM, HAND, TABLE, Tag};
+use crate::world::{Entry, World};
 
 /// A finger squeezes if its normal force points within 45° of the other finger: the cosine.
 const SQUEEZE_PART: f64 = core::f64::consts::FRAC_1_SQRT_2;
@@ -34,7 +38,8 @@ impl World {
         self.body(object).map(|body| from_engine(self.physics.bodies[body].position()))
     }
 
-    /// The least and the largest corner of the box along the world's axes that holds a thing, metres. `table` and `hand` are names, too.
+    /// The least and the largest corner of the box along the world's axes that holds a thing, metres. `table` and
+    /// `hand` are names, too.
     pub fn bounds(&self, name: &str) -> Option<[[f64; 3]; 2]> {
         let boxes = self.colliders_of(name).into_iter().map(|collider| self.physics.colliders[collider].compute_aabb());
         let bounds = boxes.reduce(|sum, next| sum.merged(&next))?;
@@ -46,13 +51,14 @@ impl World {
         self.body(object).map(|body| f64::from(self.physics.bodies[body].linvel().length()))
     }
 
-    /// Mass of the object in kg; nothing for a fixed one.
+    /// Mass of the object in kg; none for a fixed one.
     pub fn mass(&self, object: &str) -> Option<f64> {
         let body = &self.physics.bodies[self.body(object)?];
         body.is_dynamic().then(|| f64::from(body.mass()))
     }
 
-    /// Pose of the tool centre point (between the pads, 12 mm above their tips) in the world: z away from the tips, y the closing axis.
+    /// Pose of the tool centre point in the world: between the pads, 12 mm above their tips, with z away from the tips
+    /// and y along the closing axis.
     pub fn tcp(&self) -> Pose {
         self.hand.tcp(&self.physics)
     }
@@ -67,14 +73,15 @@ impl World {
         self.hand.opening(&self.physics)
     }
 
-    /// Magnitude of the force of the surroundings on the hand in newtons, low-passed over 12 steps. A squeeze cancels; the weight of what is held,
-    /// which friction carries, is not in it.
+    /// Magnitude of the force of the surroundings on the hand in newtons, low-passed over 12 steps. A squeeze cancels.
+    /// The weight of what is held is not in it, since friction carries that.
     pub fn hand_force(&self) -> f64 {
         self.hand.force()
     }
 
-    /// How hard each finger presses on the object towards the other finger, in newtons, in the last step: the part of its normal force along
-    /// the closing axis. It is held if both are above a threshold; tips that stand on a thing, or push it, press on it and do not hold it.
+    /// How hard each finger presses on the object towards the other finger in the last step, in newtons: the part of
+    /// its normal force along the closing axis. The object is held if both are above a threshold. Tips that stand on a
+    /// thing, or push it, press on it and do not hold it.
     pub fn grip_force(&self, object: &str) -> [f64; 2] {
         let Some(body) = self.body(object) else {
             return [0.0; 2];
@@ -94,7 +101,8 @@ impl World {
         })
     }
 
-    /// What goes where the hand goes, by index: the objects that it squeezes, and those that rest on them and on nothing else, as a lid does.
+    /// What goes where the hand goes, by index: the objects that it squeezes, and those that rest on them and on
+    /// nothing else, as a lid does.
     pub(crate) fn carried(&self) -> BTreeSet<usize> {
         let squeezed = |entry: &Entry| self.grip_force(&entry.object.name).iter().all(|force| *force > 0.0);
         let mut carried: BTreeSet<usize> =
@@ -114,13 +122,14 @@ impl World {
         carried
     }
 
-    /// Where a collider's body has it now: until the next step the engine's own place of it is that of the last one.
+    /// Where a collider is by the pose of its body now. The engine's own place of it is that of the last step, until
+    /// the next step is made.
     pub(crate) fn place_of(&self, collider: &Collider) -> EnginePose {
         let body = collider.parent().map(|body| *self.physics.bodies[body].position());
         body.zip(collider.position_wrt_parent()).map_or(*collider.position(), |(body, local)| body * *local)
     }
 
-    /// What an object touches, itself left out.
+    /// What an object touches, other than itself.
     fn touched_by(&self, index: usize) -> impl Iterator<Item = Tag> + '_ {
         let colliders = self.physics.bodies[self.entries[index].body].colliders();
         let pairs = colliders.iter().flat_map(move |&collider| {
@@ -138,12 +147,32 @@ impl World {
         self.beads.iter().map(center).collect()
     }
 
-    /// How many beads have their centre inside the container, up to its rim; nothing if it is no container.
+    /// How many beads have their centre inside the container, up to its rim; none if it is no container.
     pub fn beads_inside(&self, container: &str) -> Option<usize> {
         let interior = self.object(container)?.container?;
         let inverse = self.pose(container)?.inverse();
         let inside = |center: &[f64; 3]| interior.contains((inverse * Point3::from(*center)).coords.into(), 0.0);
         Some(self.beads().iter().filter(|center| inside(center)).count())
+    }
+
+    /// How far an object that slides is from the start of its range, in metres; none if it does not slide.
+    pub fn slide_value(&self, object: &str) -> Option<f64> {
+        self.guide(object).map(|guide| guide.value(&self.physics))
+    }
+
+    /// Length of the range of an object that slides, in metres; none if it does not slide.
+    pub fn slide_travel(&self, object: &str) -> Option<f64> {
+        self.guide(object).map(|guide| guide.travel)
+    }
+
+    fn guide(&self, object: &str) -> Option<&Guide> {
+        let child = *self.names.get(object)?;
+        self.guides.iter().find(|guide| guide.child == child)
+    }
+
+    /// The angles of the arm's joints in radians, from the mount to the hand; none without an arm.
+    pub fn configuration(&self) -> Option<Configuration> {
+        self.arm.as_ref().map(|arm| arm.configuration)
     }
 
     /// Whether two things touch. `table`, `hand` and `arm` are names, too.

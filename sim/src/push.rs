@@ -1,13 +1,14 @@
 //! A push: somebody bumps into an object, which slides some way over the table.
 
 use nalgebra::Vector3;
+use rapier3d::math::Vector;
 use rapier3d::prelude::{PhysicsWorld, RigidBodyHandle, RigidBodyType};
 use serde::{Deserialize, Serialize};
 
 use crate::frame::{Pose, from_engine, to_engine};
 
-/// A push under way. The object is carried along a smooth path (fifth-order, at rest at both ends) as if an unyielding hand moved it;
-/// what is in it or on it comes along by contact.
+/// A push under way. The object is carried along a smooth path (fifth-order, at rest at both ends) as if an unyielding
+/// hand moved it. What is in it or on it comes along by contact.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Push {
     pub(crate) object: usize,
@@ -53,8 +54,8 @@ impl Push {
         let kind = if self.dynamic { RigidBodyType::Dynamic } else { RigidBodyType::Fixed };
         let body = &mut physics.bodies[body];
         body.set_body_type(kind, true);
-        body.set_linvel(rapier3d::math::Vector::ZERO, true);
-        body.set_angvel(rapier3d::math::Vector::ZERO, true);
+        body.set_linvel(Vector::ZERO, true);
+        body.set_angvel(Vector::ZERO, true);
         true
     }
 }

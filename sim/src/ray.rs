@@ -3,9 +3,11 @@
 use rapier3d::geometry::{Collider, Ray};
 use rapier3d::math::{Real, Vector};
 
-/// Distance along the ray (in lengths of its direction) and the outward normal where it first meets the collider, up to `far`.
+/// Distance along the ray (in lengths of its direction) and the outward normal where it first meets the collider, up to
+/// `far`.
 ///
-/// The engine searches for the meeting point on a cylinder or a polyhedron by iteration, which leaves dents in a picture; here it is in closed form.
+/// The engine searches for the meeting point on a cylinder or a polyhedron by iteration, which leaves dents in a
+/// picture. Here it is in closed form.
 pub(crate) fn meet(collider: &Collider, ray: &Ray, far: Real) -> Option<(Real, Vector)> {
     let (shape, pose) = (collider.shape(), collider.position());
     let o = pose.inverse_transform_point(ray.origin);
@@ -24,7 +26,8 @@ pub(crate) fn meet(collider: &Collider, ray: &Ray, far: Real) -> Option<(Real, V
     (t <= far).then(|| (t, pose.transform_vector(normal)))
 }
 
-/// The ray `o + t d` against the body behind all planes, each an outward normal and a point; the far side if the ray starts inside.
+/// The ray `o + t d` against the body behind all planes, each given by an outward normal and a point. A ray that starts
+/// inside meets the far side.
 fn meet_planes(o: Vector, d: Vector, planes: impl Iterator<Item = (Vector, Vector)>) -> Option<(Real, Vector)> {
     let mut enter = (Real::NEG_INFINITY, Vector::ZERO);
     let mut leave = (Real::INFINITY, Vector::ZERO);
@@ -43,7 +46,7 @@ fn meet_planes(o: Vector, d: Vector, planes: impl Iterator<Item = (Vector, Vecto
     (enter.0 <= leave.0 && t >= 0.0 && t.is_finite()).then_some((t, normal))
 }
 
-/// The ray `o + t d` against a cylinder about y; the far wall if the ray starts inside.
+/// The ray `o + t d` against a cylinder about y. A ray that starts inside meets the far wall.
 fn meet_cylinder(o: Vector, d: Vector, radius: Real, half_height: Real) -> Option<(Real, Vector)> {
     let mut best: Option<(Real, Vector)> = None;
     let mut offer = |t: Real, normal: Vector| {

@@ -31,8 +31,9 @@ pub use sphere::Sphere;
 
 use crate::object::Object;
 
-/// The kind of an object with its dimensions. A file names it by its variant in small letters: `shape.block = { half = [0.02, 0.02, 0.02],
-/// density = 1000, friction = 0.6 }`. Unknown keys are refused, and so are dimensions and densities that are not more than 0.
+/// The kind of an object with its dimensions. A file names it by its variant in small letters: `shape.block = { half =
+/// [0.02, 0.02, 0.02], density = 1000, friction = 0.6 }`. Unknown keys are refused, and so are dimensions and densities
+/// that are not more than 0.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Shape {

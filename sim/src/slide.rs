@@ -1,14 +1,15 @@
-//! Slides: one object moves along an axis of another, and in no other way. A drawer in its cabinet, a button in its housing.
+//! Slides: one object moves along an axis of another, and in no other way. A drawer in its cabinet, a button in its
+//! housing.
 
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
-use rapier3d::prelude::{GenericJoint, GenericJointBuilder, JointAxesMask, JointAxis, MotorModel, PhysicsWorld};
+use rapier3d::prelude::{
+    GenericJoint, GenericJointBuilder, JointAxesMask, JointAxis, MotorModel, PhysicsWorld, RigidBodyHandle,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::check::within;
 use crate::error::SimError;
 use crate::frame::{Pose, from_engine, to_engine};
-use crate::object::Motion;
-use crate::world::{Entry, World};
 
 /// The longest travel of a slide in metres.
 const MAX_TRAVEL: f64 = 1.0;
@@ -18,14 +19,14 @@ const MAX_FRICTION: f64 = 1e3;
 const MAX_DAMPING: f64 = 1e4;
 /// The largest stiffness of the spring in N/m.
 const MAX_SPRING: f64 = 1e5;
-/// The rate in N·s/m at which dry friction builds up with speed. It stands for stiction: under a load of 1 N less than the friction a
-/// slide creeps by 1 µm/s.
+/// The rate in N·s/m at which dry friction builds up with speed. It stands for stiction: under a load that is 1 N less
+/// than the friction, a slide creeps by 1 µm/s.
 const STICTION: f32 = 1e6;
 
-/// A prismatic joint between two objects. Metres, newtons.
+/// One object slides along an axis of another. Metres, newtons.
 ///
-/// Friction works at any speed and holds the child where it is left; damping grows with the speed; the spring draws to the start of the
-/// range. The two objects do not collide with each other.
+/// Friction works at any speed and holds the child where it is left. Damping grows with the speed. The spring draws to
+/// the start of the range. The two objects do not collide with each other.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Slide {
     /// Name of the object that carries the other.
@@ -46,31 +47,50 @@ pub struct Slide {
     pub spring: f64,
 }
 
-/// A slide between two bodies of the world, by index.
+/// A slide between two bodies of the world.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Guide {
-    pub(crate) parent: usize,
+    /// Index of the object that slides.
     pub(crate) child: usize,
+    /// Its body, after that of its parent.
+    bodies: [RigidBodyHandle; 2],
     /// Pose of the child in the parent's frame at value 0.
     seat: Pose,
     /// Unit length, in the parent's frame.
     axis: Vector3<f64>,
-    /// Metres.
-    travel: f64,
+    /// Length of the range, metres.
+    pub(crate) travel: f64,
 }
 
 impl Guide {
+    /// Joins the bodies of a parent and of the child of this index, where they are.
+    pub(crate) fn build(
+        physics: &mut PhysicsWorld,
+        slide: &Slide,
+        child: usize,
+        bodies: [RigidBodyHandle; 2],
+    ) -> Guide {
+        let axis = Vector3::from(slide.axis).normalize();
+        let [frame, place] = bodies.map(|body| from_engine(physics.bodies[body].position()));
+        let mut seat = frame.inverse() * place;
+        seat.translation.vector -= axis * slide.value;
+        for joint in slide.engine(&seat, &axis) {
+            physics.insert_impulse_joint(bodies[0], bodies[1], joint);
+        }
+        Guide { child, bodies, seat, axis, travel: slide.travel }
+    }
+
     /// The child's way from the start of its range, in metres.
-    fn value(&self, physics: &PhysicsWorld, entries: &[Entry]) -> f64 {
-        let [parent, child] =
-            [self.parent, self.child].map(|index| from_engine(physics.bodies[entries[index].body].position()));
+    pub(crate) fn value(&self, physics: &PhysicsWorld) -> f64 {
+        let [parent, child] = self.bodies.map(|body| from_engine(physics.bodies[body].position()));
         let place = parent.inverse() * child;
         (place.translation.vector - self.seat.translation.vector).dot(&self.axis)
     }
 }
 
 impl Slide {
-    fn check(&self) -> Result<(), SimError> {
+    /// Says what is wrong with the numbers, if anything.
+    pub(crate) fn check(&self) -> Result<(), SimError> {
         let child = &self.child;
         let length = Vector3::from(self.axis).norm();
         within(child, "a slide's axis must not be zero", &[length], 1e-6, f64::MAX)?;
@@ -81,8 +101,8 @@ impl Slide {
         within(child, "a slide's spring must be 0 to 100000 N/m", &[self.spring], 0.0, MAX_SPRING)
     }
 
-    /// The joints of the engine, whose axis x is the slide's. An engine's joint has one motor an axis, with one limit: friction, which is
-    /// limited, and spring and damper, which are not, take one joint each.
+    /// The joints of the engine that make up the slide, with x along its axis. A joint of the engine has one motor for
+    /// each axis, and a motor has one limit. Friction is limited, spring and damper are not, so there are two joints.
     fn engine(&self, seat: &Pose, axis: &Vector3<f64>) -> Vec<GenericJoint> {
         let turn = from_x_to(axis);
         let on_parent = Pose::from_parts(seat.translation, turn);
@@ -107,50 +127,10 @@ impl Slide {
 
 /// The shortest turn from the x axis to a direction of unit length.
 fn from_x_to(axis: &Vector3<f64>) -> UnitQuaternion<f64> {
-    /// As near to −x as this, the axis of the turn has no direction to speak of: any across x will do.
+    /// Within this of −x the axis of the turn has no direction to speak of. Any axis across x will do.
     const OPPOSITE: f64 = 1e-9;
     if 1.0 + axis.x < OPPOSITE {
         return Unit::new_unchecked(Quaternion::new(0.0, 0.0, 0.0, 1.0));
     }
     Unit::new_normalize(Quaternion::from_parts(1.0 + axis.x, Vector3::x().cross(axis)))
-}
-
-impl World {
-    /// Lets one object slide along an axis of another. The child stays where it is: that place is `value` of the slide.
-    ///
-    /// # Errors
-    /// One of the objects does not exist, they are the same, the child is fixed or slides already, or a number is impossible.
-    pub fn slide(&mut self, slide: &Slide) -> Result<(), SimError> {
-        let (parent, child) = (self.index(&slide.parent)?, self.index(&slide.child)?);
-        slide.check()?;
-        let taken = self.guides.iter().any(|guide| guide.child == child);
-        if parent == child || taken || self.entries[child].object.motion == Motion::Fixed {
-            return Err(SimError::NoSlide { object: slide.child.clone() });
-        }
-        let axis = Vector3::from(slide.axis).normalize();
-        let [on, moved] = [parent, child].map(|index| self.entries[index].body);
-        let [frame, place] = [on, moved].map(|body| from_engine(self.physics.bodies[body].position()));
-        let mut seat = frame.inverse() * place;
-        seat.translation.vector -= axis * slide.value;
-        for joint in slide.engine(&seat, &axis) {
-            self.physics.insert_impulse_joint(on, moved, joint);
-        }
-        self.guides.push(Guide { parent, child, seat, axis, travel: slide.travel });
-        Ok(())
-    }
-
-    /// How far an object that slides is from the start of its range, in metres; none if it does not slide.
-    pub fn joint_value(&self, object: &str) -> Option<f64> {
-        self.guide(object).map(|guide| guide.value(&self.physics, &self.entries))
-    }
-
-    /// Length of the range of an object that slides, in metres; none if it does not slide.
-    pub fn joint_travel(&self, object: &str) -> Option<f64> {
-        self.guide(object).map(|guide| guide.travel)
-    }
-
-    fn guide(&self, object: &str) -> Option<&Guide> {
-        let child = *self.names.get(object)?;
-        self.guides.iter().find(|guide| guide.child == child)
-    }
 }

@@ -7,7 +7,8 @@ use crate::world::World;
 
 /// Everything of a world at one instant: physics with its contact impulses, hand and controller, magnets, pushes, time.
 ///
-/// In memory it shares the collision shapes with the world it was taken from. It can be written with serde and read back.
+/// In memory it shares the collision shapes with the world it was taken from. It can be written with serde and read
+/// back.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Snapshot {
     world: World,
@@ -27,7 +28,7 @@ impl std::fmt::Debug for World {
 
 impl Clone for World {
     fn clone(&self) -> World {
-        self.with_physics(PhysicsWorld {
+        let physics = PhysicsWorld {
             gravity: self.physics.gravity,
             integration_parameters: self.physics.integration_parameters,
             islands: self.physics.islands.clone(),
@@ -40,7 +41,21 @@ impl Clone for World {
             soft_bodies: self.physics.soft_bodies.clone(),
             // The pipelines hold working storage only.
             ..PhysicsWorld::default()
-        })
+        };
+        World {
+            physics,
+            entries: self.entries.clone(),
+            names: self.names.clone(),
+            beads: self.beads.clone(),
+            hand: self.hand.clone(),
+            arm: self.arm.clone(),
+            bonds: self.bonds.clone(),
+            pushes: self.pushes.clone(),
+            guides: self.guides.clone(),
+            guard: self.guard,
+            steps: self.steps,
+            table: self.table,
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! The arm: its description, where it can reach, that the hand goes where it is told all the same, and what it goes round.
+//! The arm: its description, where it can reach, and what it goes round. The hand goes where it is told all the same.
 
 mod common;
 
@@ -31,12 +31,13 @@ fn ready() -> World {
 fn the_description_is_read_as_it_is_written() {
     let model = ArmModel::parse(URDF).unwrap();
     assert_eq!(model, *ArmModel::builtin());
-    // Stretched upright, the tool is as high as the lengths say, and points up: its z, which leads away from the tips, is down.
+    // With the arm stretched upright, the tool is as high as the lengths say, and points up: its z axis, which leads
+    // away from the tips, is down.
     let tcp = model.tcp(&situ_sim::Configuration::zeros());
     let height = 0.30 + 0.15 + 2.0 * 0.29 + 2.0 * 0.28 + 0.06 + 0.121;
     assert!((tcp.translation.vector - Vector3::new(0.12, 0.70, height)).norm() < 1e-12, "{tcp}");
     assert!((tcp.rotation * Vector3::z() + Vector3::z()).norm() < 1e-12);
-    // The shoulder bent forward by a right angle: the arm lies along −y at the shoulder's height.
+    // With the shoulder bent forward by a right angle, the arm lies along −y at the shoulder's height.
     let mut forward = situ_sim::Configuration::zeros();
     forward[1] = std::f64::consts::FRAC_PI_2;
     let tcp = model.tcp(&forward);
@@ -78,8 +79,8 @@ fn a_wrong_description_is_refused_with_a_reason() {
     }
 }
 
-/// Poses that the arm has at configurations drawn at random are within its reach by construction: a hand that stands above the table can be
-/// mounted there, unless every start of the search misses the ranges of the joints.
+/// The poses that the arm has at configurations drawn at random are within its reach by construction. A hand that
+/// stands above the table can be mounted there, unless every start of the search misses the ranges of the joints.
 #[test]
 fn what_is_within_reach_is_reached_and_what_is_not_is_refused() {
     let model = ArmModel::builtin();
@@ -120,7 +121,8 @@ fn the_hand_goes_as_it_would_alone_and_the_arm_with_it() {
     alone.place_gripper(standing(0.0, 0.0, 0.3, 0.0), 0.06);
     let mut carried = ready();
     let model = ArmModel::builtin();
-    // What the scenes ask for: over the table, near and far, turned about the vertical, tilted as in a pour and a scoop.
+    // The poses that the scenes ask for: over the table, near and far, turned about the vertical, tilted as in a pour
+    // and a scoop.
     for target in [
         standing(-0.29, 0.05, 0.06, 0.5),
         standing(-0.2, -0.27, 0.03, -0.5),
@@ -150,7 +152,7 @@ fn the_hand_goes_as_it_would_alone_and_the_arm_with_it() {
         assert_eq!(end, MotionEnd::Reached, "{target}");
         let (off, turned) = apart(&target, &carried.tcp());
         assert!(off < 1e-6 && turned < 1e-3, "{off} m, {turned} rad off the target");
-        // Straight: every place is on the line between the ends.
+        // The way is straight: every place is on the line between the ends.
         let start = alone.tcp();
         assert_eq!(alone.move_hand(target, &mut |_| {}), MotionEnd::Reached);
         let line = (target.translation.vector - start.translation.vector).normalize();
@@ -173,7 +175,7 @@ fn the_arm_goes_round_what_it_would_run_into() {
     let target = standing(0.25, 0.0, 0.15, 0.0);
     let touches =
         |world: &World| world.touching(ARM, "beam") || world.touching(ARM, TABLE) || world.touching(HAND, "beam");
-    // A post between the forearm's first and last place: the hand's own way, along y = 0, is free.
+    // A post stands between the forearm's first and last place. The hand's own way, along y = 0, is free.
     let mut world = ready();
     beam(&mut world, [0.02, 0.02, 0.4], [0.13, 0.22, 0.4]);
     let (mut furthest, mut touched): (f64, bool) = (0.0, false);
@@ -187,7 +189,7 @@ fn the_arm_goes_round_what_it_would_run_into() {
     assert!(off < 1e-5 && turned < 1e-3 && !touched, "{off} m, {turned} rad, touched: {touched}");
     assert!(furthest > 0.02, "that was straight: the post is not in the way");
 
-    // The same again from the same seed is the same, bit for bit.
+    // A second run from the same seed is the same, bit for bit.
     let mut again = ready();
     beam(&mut again, [0.02, 0.02, 0.4], [0.13, 0.22, 0.4]);
     again.move_hand(target, &mut |_| {});
@@ -200,7 +202,7 @@ fn what_cannot_be_reached_or_planned_has_that_name_and_moves_nothing() {
     let before = (bits(&world), world.configuration());
     assert_eq!(world.move_hand(standing(-1.2, 0.0, 0.3, 0.0), &mut |_| {}), MotionEnd::OutOfReach);
     assert_eq!((bits(&world), world.configuration()), before);
-    // Under a shelf that comes down to the hand's back there is room for the hand and none for what carries it.
+    // Under a shelf that comes down to the hand's back there is room for the hand, and there is none for the arm.
     let mut world = ready();
     beam(&mut world, [0.25, 0.25, 0.02], [-0.05, -0.25, 0.19]);
     let before = (bits(&world), world.configuration());
@@ -222,7 +224,7 @@ fn what_is_held_is_no_obstacle_and_goes_along() {
     assert!(apart(&world.tcp(), &world.pose("cube").unwrap()).0 < 0.03);
 }
 
-/// Straight or round, a motion loses nothing on its way.
+/// A motion loses nothing on its way, be it straight or round.
 #[test]
 fn what_is_held_is_held_on_every_way() {
     let mut rng = ChaCha8Rng::seed_from_u64(24);
@@ -258,7 +260,8 @@ fn what_is_held_is_held_on_every_way() {
     assert!(straight >= 10 && ways - straight >= 10, "{straight} of {ways} ways were straight");
 }
 
-/// The lid rests on the pitcher alone, so it goes where the pitcher goes: it is not in the way of the arm that carries both.
+/// The lid rests on the pitcher alone, so it goes where the pitcher goes. It is not in the way of the arm that carries
+/// both.
 #[test]
 fn what_rests_on_what_is_held_is_no_obstacle() {
     let mut world = common::pouring(&Beads::new(5), standing(-0.16, 0.0, 0.0, 0.0), standing(0.16, 0.0, 0.0, 0.0));

@@ -1,4 +1,4 @@
-//! Pictures show what is there, where it is, in its colour; files can be read back.
+//! Pictures show what is there, where it is, in its colour. Their files can be read back.
 
 mod common;
 
@@ -25,7 +25,7 @@ fn scene() -> World {
     world
 }
 
-/// Column and row of a point at height z for the camera above, looking down with +y up in the picture.
+/// Column and row of a point at height z for the camera above, which looks down with +y up in the picture.
 fn seen_from_above(point: [f64; 3], size: f64) -> (u32, u32) {
     let scale = 0.5 * size / libm::tan(0.3) / (1.0 - point[2]);
     ((0.5 * size + scale * point[0]) as u32, (0.5 * size - scale * point[1]) as u32)
@@ -38,7 +38,7 @@ fn objects_have_their_colours_where_they_are() {
         let (column, row) = seen_from_above(point, 240.0);
         image.pixel(column, row).unwrap()
     };
-    // Also before the first step, when the engine itself has no tree yet.
+    // This holds also before the first step, when the engine itself has no tree yet.
     let image = from_above().render(&world, 240, 240);
     assert!(is_shade(at(&image, [0.15, 0.10, 0.06]), [200, 40, 60]));
     assert!(is_shade(at(&image, [0.14, 0.09, 0.06]), [200, 40, 60]));
@@ -86,7 +86,7 @@ fn decoded(bytes: &[u8]) -> (png::Reader<std::io::Cursor<Vec<u8>>>, Vec<u8>) {
     (reader, room)
 }
 
-/// Puts each frame of a film where it says, and gives back what is then seen, with the time that it is shown for.
+/// Puts each frame of a film in its place. Returns what is then seen, and for how long.
 fn shown(bytes: &[u8]) -> Vec<(Image, u16)> {
     let (mut reader, mut pixels) = decoded(bytes);
     let mut image = Image::plain(reader.info().width, reader.info().height, [0; 3]);
@@ -125,7 +125,8 @@ fn a_film_shows_its_pictures() {
 
 #[test]
 fn a_camera_set_up_around_boxes_sees_them_all_and_is_as_near_as_that_allows() {
-    // Small red cubes at the corners of a box, and nothing else: all of them, and none cut off, are in the picture.
+    // Small red cubes stand at the corners of a box, and there is nothing else. All of them are in the picture, and
+    // none is cut off.
     let bounds = [[-0.3, -0.1, 0.0], [0.1, 0.25, 0.3]];
     for (width, height) in [(300, 200), (120, 240)] {
         let camera = Camera::around(&[bounds], f64::from(width) / f64::from(height));

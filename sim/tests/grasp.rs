@@ -1,7 +1,7 @@
 //! Friction alone must hold what a competent hand has taken: through lifting, tilting and shaking.
 //!
-//! This is the premise of every task. It has caught: contact recycling (objects creep out of the hand), light fingers (they sink into the
-//! object), uncoupled fingers (the pair drifts sideways).
+//! This is the premise of every task. It has caught: contact recycling (objects creep out of the hand), light fingers
+//! (they sink into the object), uncoupled fingers (the pair drifts sideways).
 
 mod common;
 
@@ -12,7 +12,7 @@ use situ_sim::{Bin, Gripper, MotionEnd, World};
 
 /// How far an object may have moved in the hand, metres.
 const SLIP: f64 = 0.002;
-/// How far it may have turned in the hand, radians.
+/// How far an object may have turned in the hand, radians.
 const TWIST: f64 = 0.02;
 
 #[test]
@@ -66,7 +66,8 @@ fn a_gentle_squeeze_arrives_in_time() {
     }
 }
 
-/// Whether a block stands on the floor of the bin or on another block there: its middle is between the walls, less than 2 cm above the rim.
+/// Whether a block stands on the floor of the bin or on another block there: its middle is between the walls, and less
+/// than 2 cm above the rim.
 fn is_in_bin(world: &World, block: &str) -> bool {
     let place = (world.pose("bin").unwrap().inverse() * world.pose(block).unwrap()).translation;
     place.x.abs() <= 0.07 && place.y.abs() <= 0.07 && (0.005..=0.08).contains(&place.z)

@@ -20,7 +20,7 @@ fn a_magnetic_lid_keeps_the_beads() {
     assert_eq!((world.beads_inside("pitcher"), world.beads_inside("bowl")), (Some(60), Some(0)));
     assert!(world.touching("lid", "pitcher"));
 
-    // The same without a magnet: the lid falls off and the beads with it, so it is the magnet that holds.
+    // Without a magnet the lid falls off and the beads with it. So it is the magnet that holds.
     let mut loose = scene();
     let seat = loose.pose("pitcher").unwrap() * Pose::translation(0.0, 0.0, JUG.height);
     loose.add(LID.object("lid"), seat).unwrap();

@@ -15,7 +15,7 @@ fn a_free_motion_arrives_within_its_limits() {
             let now = world.tcp();
             let speed = (now.translation.vector - before.translation.vector).norm() / DT;
             let turn = now.rotation.angle_to(&before.rotation) / DT;
-            // Poses are single precision inside, so a speed is known to about a millimetre per second.
+            // The engine's poses are in single precision, so a speed is known to about a millimetre per second.
             assert!(speed < MAX_SPEED + 2e-3 && turn < MAX_TURN + 0.1, "{speed} m/s, {turn} rad/s");
             before = now;
         });
@@ -26,7 +26,7 @@ fn a_free_motion_arrives_within_its_limits() {
     }
 }
 
-/// Drives the hand into something; how that ended and the hardest force on the way.
+/// Drives the hand into something. Returns how that ended, and the hardest force on the way in newtons.
 fn drive_into(world: &mut World, target: Pose) -> (MotionEnd, f64) {
     let mut hardest: f64 = 0.0;
     let end = world.move_hand(target, &mut |world| hardest = hardest.max(world.hand_force()));
@@ -49,7 +49,7 @@ fn the_guard_backs_off_from_a_wall() {
     let post = block("post", [0.02, 0.02, 0.1], 1000.0, 0.5).fixed();
     on_post.add(post, standing(0.1, 0.03, 0.1, 0.0)).unwrap();
     on_post.place_gripper(standing(0.0, 0.0, 0.1, 0.0), 0.06);
-    // A keyframe 3 mm too low, where the hand is already slow.
+    // The keyframe is 3 mm too low, where the hand is already slow.
     let mut on_table = World::new();
     on_table.place_gripper(standing(0.0, 0.0, 0.1, 0.0), 0.06);
 
@@ -59,7 +59,7 @@ fn the_guard_backs_off_from_a_wall() {
         ("table", &mut on_table, standing(0.0, 0.0, 0.009, 0.0)),
     ] {
         let (end, hardest) = drive_into(world, target);
-        // The palm in the post, which is fixed, is no force to the engine, and stops the hand all the same.
+        // A palm in the post, which is fixed, makes no force in the engine. It stops the hand all the same.
         let felt = if name == "post" { 0.0 } else { GUARD_FORCE };
         assert!(matches!(end, MotionEnd::Guarded { force } if force >= felt), "{name}: {end:?}");
         assert!(hardest < 2.0 * ABORT_FORCE, "{name}: {hardest} N");

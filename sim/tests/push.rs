@@ -1,4 +1,4 @@
-//! Bumps: an object goes where it is pushed, with what is in it.
+//! Pushes: an object goes where it is pushed, with what is in it.
 
 mod common;
 
@@ -17,7 +17,7 @@ fn a_pushed_pitcher_takes_its_beads_along() {
     assert!((moved - nalgebra::Vector3::new(0.03, -0.08, 0.0)).norm() < 1e-3, "moved by {moved}");
     assert_eq!(world.beads_inside("pitcher"), Some(60));
     assert!(world.speed("pitcher").unwrap() < 1e-3, "it has come to rest");
-    // Fifth-order path: the top speed is 1.875 of the mean.
+    // The path is of fifth order, so the top speed is 1.875 of the mean.
     let top = 1.875 * libm::hypot(0.03, 0.08) / 0.5;
     assert!((fastest - top).abs() < 0.02, "top speed {fastest} instead of {top}");
     let (still, _) = common::apart(&bowl, &world.pose("bowl").unwrap());

@@ -46,7 +46,7 @@ fn impossible_scenes_are_refused() {
     world.add(JUG.object("cup"), standing(0.3, 0.0, 0.0, 0.0)).unwrap();
     assert!(matches!(world.fill("cup", &Beads::new(1000)), Err(SimError::DoesNotFit { asked: 1000, .. })));
     assert!(matches!(world.fill("cup", &Beads { radius: f64::NAN, ..Beads::new(1) }), Err(SimError::BadValue { .. })));
-    // Nothing of all this has left a trace.
+    // What was refused has left no trace.
     assert_eq!(world.objects().collect::<Vec<_>>(), ["a", "cup"]);
     assert!(world.beads().is_empty() && world.is_finite());
 }
@@ -73,7 +73,8 @@ fn masses_are_those_of_the_shapes() {
         (drawer.object("drawer"), 700.0 * drawer_volume, 1e-3),
         (cube("cube"), 1000.0 * 0.04 * 0.04 * 0.04, 1e-3),
         (cover.object("cover"), 400.0 * (0.12 * 0.10 * 0.004 + 0.016 * 0.016 * 0.016), 1e-3),
-        // Closed form of a box with a smaller box taken out; our walls start a little above the base and run into the floor.
+        // The closed form is that of a box with a smaller box taken out. Our walls start a little above the base and
+        // run into the floor.
         (bin.object("bin"), 800.0 * (0.15 * 0.11 * 0.06 - 0.14 * 0.10 * 0.055), 0.15),
         // A hollow cylinder with a floor, and a bar.
         (
@@ -110,7 +111,7 @@ fn things_rest_touch_and_contain_as_they_look() {
     let height = world.pose("high").unwrap().translation.z;
     assert!((height - 0.06).abs() < 2e-4, "a stack neither sinks nor floats: {height}");
 
-    // Counting beads by hand agrees: all lie low, within the bowl's rim.
+    // A count by hand agrees: all beads lie low, within the bowl's rim.
     let centers = world.beads();
     let rim = 0.055 + 0.055 * libm::tan(0.35);
     assert!(centers.iter().all(|c| libm::hypot(c[0], c[1] - 0.3) < rim && (0.009..0.06).contains(&c[2])));

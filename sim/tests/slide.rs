@@ -23,7 +23,8 @@ fn slide(friction: f64) -> Slide {
     Slide { parent, child, axis: [-2.0, 0.0, 0.0], travel: TRAVEL, value: 0.0, friction, damping: 0.0, spring: 0.0 }
 }
 
-/// Takes the fin with a squeeze of `force` newtons and pulls by `way` metres; the largest force on the hand meanwhile.
+/// Takes the fin with a squeeze of `force` newtons and pulls by `way` metres. Returns the largest force on the hand
+/// meanwhile, in newtons.
 fn pull(world: &mut World, force: f64, way: f64) -> (MotionEnd, f64) {
     let frame = world.pose("fin").unwrap();
     world.place_gripper(frame * Pose::translation(0.0, 0.0, 0.1), 0.05);
@@ -40,7 +41,7 @@ fn pull(world: &mut World, force: f64, way: f64) -> (MotionEnd, f64) {
 /// How far the fin is off the axis of its slide, in metres and radians.
 fn off_axis(world: &World) -> (f64, f64) {
     let place = world.pose("case").unwrap().inverse() * world.pose("fin").unwrap();
-    let value = world.joint_value("fin").unwrap();
+    let value = world.slide_value("fin").unwrap();
     common::apart(&Pose::translation(-0.14 - value, 0.0, 0.02), &place)
 }
 
@@ -49,27 +50,28 @@ fn a_slide_keeps_its_axis_and_its_limits() {
     for yaw in [0.0, 0.4, 2.0] {
         let mut world = scene(yaw, slide(3.0));
         world.settle(1.0);
-        assert!(world.joint_value("fin").unwrap().abs() < 1e-5, "gravity across the axis moves nothing");
+        assert!(world.slide_value("fin").unwrap().abs() < 1e-5, "gravity across the axis moves nothing");
         let (end, force) = pull(&mut world, 20.0, 0.10);
         assert_eq!(end, MotionEnd::Reached);
-        let value = world.joint_value("fin").unwrap();
+        let value = world.slide_value("fin").unwrap();
         assert!((value - 0.10).abs() < 2e-3, "pulled by 10 cm, it opened by {value} m");
         assert!((1.0..8.0).contains(&force), "3 N of friction feel like {force} N");
         let (off, turned) = off_axis(&world);
         assert!(off < 5e-4 && turned < 5e-3, "{off} m, {turned} rad off the axis");
-        // Further than it goes: the pads slide along the fin, and the slide stays within its range.
+        // The hand pulls further than the slide goes: the pads slip along the fin, and the slide stays within its
+        // range.
         pull(&mut world, 20.0, 0.10);
-        let value = world.joint_value("fin").unwrap();
+        let value = world.slide_value("fin").unwrap();
         assert!((value - TRAVEL).abs() < 2e-3, "at the end of its range it is at {value} m");
         assert!(off_axis(&world).0 < 1e-3);
-        // Let go, it stays: no creep.
+        // It stays where it is let go: no creep.
         world.command(Gripper::Open(0.06));
         world.hold(0.5, &mut |_| {});
-        let before = world.joint_value("fin").unwrap();
+        let before = world.slide_value("fin").unwrap();
         world.settle(5.0);
-        assert!((world.joint_value("fin").unwrap() - before).abs() < 1e-5);
+        assert!((world.slide_value("fin").unwrap() - before).abs() < 1e-5);
     }
-    assert_eq!(scene(0.0, slide(1.0)).joint_value("case"), None);
+    assert_eq!(scene(0.0, slide(1.0)).slide_value("case"), None);
 }
 
 #[test]
@@ -84,7 +86,7 @@ fn friction_holds_against_less_and_lets_go_for_more_than_its_force() {
         let slide = Slide { parent, child, axis, travel: 0.3, value: 0.0, friction, damping: 0.0, spring: 0.0 };
         world.slide(&slide).unwrap();
         world.settle(2.0);
-        let value = world.joint_value("weight").unwrap();
+        let value = world.slide_value("weight").unwrap();
         let away = if falls { value > 0.05 } else { value < 1e-4 };
         assert!(away, "friction of {friction} N: moved by {value} m in 2 s");
     }
@@ -92,11 +94,12 @@ fn friction_holds_against_less_and_lets_go_for_more_than_its_force() {
 
 #[test]
 fn a_spring_draws_back_and_a_damper_takes_its_time() {
-    // Started at 10 cm: k = 4 N/m and c = 8 N·s/m decay with c/k = 2 s, for the mass (29 g) is too small to matter.
+    // It starts at 10 cm. With k = 4 N/m and c = 8 N·s/m it decays with c/k = 2 s, since the mass (29 g) is too small
+    // to matter.
     let mut world = scene(0.3, Slide { value: 0.1, damping: 8.0, spring: 4.0, ..slide(0.0) });
-    assert!((world.joint_value("fin").unwrap() - 0.1).abs() < 1e-6);
+    assert!((world.slide_value("fin").unwrap() - 0.1).abs() < 1e-6);
     world.settle(2.0);
-    let value = world.joint_value("fin").unwrap();
+    let value = world.slide_value("fin").unwrap();
     assert!((value - 0.1 * libm::exp(-1.0)).abs() < 1e-3, "after one time constant it is at {value} m");
 }
 
@@ -113,7 +116,7 @@ fn a_slide_that_is_pushed_goes_on_from_a_snapshot_bit_for_bit() {
         world.command(Gripper::Open(0.06));
         world.push("case", [0.0, 0.05, 0.0], 0.4).unwrap();
         world.settle(0.6);
-        (end, world.joint_value("fin").map(f64::to_bits), bits(world))
+        (end, world.slide_value("fin").map(f64::to_bits), bits(world))
     };
     let first = go_on(&mut world);
     for other in &mut others {
@@ -132,7 +135,7 @@ fn the_guard_is_what_it_was_set_to() {
         let touch = world.pose("fin").unwrap() * Pose::translation(-0.041, 0.0, 0.0);
         world.place_gripper(touch, 0.0);
         let end = world.move_hand(touch * Pose::translation(0.051, 0.0, 0.0), &mut |_| {});
-        (end, world.joint_value("fin").unwrap())
+        (end, world.slide_value("fin").unwrap())
     };
     let (end, value) = push(None);
     assert!(matches!(end, MotionEnd::Guarded { force } if (30.0..45.0).contains(&force)), "{end:?}");

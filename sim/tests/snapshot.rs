@@ -1,8 +1,8 @@
 //! The contract of snapshots and of determinism: bits, not tolerances.
 //!
-//! A correction starts from the snapshot of a failure, and a published number must come out again. So a restored world (from memory or from
-//! text) and a second world built by the same calls must show the same bits at every later step. If this fails after the engine was
-//! changed, the engine keeps state that it does not hand over.
+//! A correction starts from the snapshot of a failure, and a published number must come out again. So a restored world
+//! (from memory or from text) and a second world built by the same calls must show the same bits at every later step.
+//! If this fails after the engine was changed, the engine keeps state that it does not hand over.
 
 mod common;
 
@@ -18,7 +18,7 @@ fn held() -> World {
     world
 }
 
-/// Pours the rest, drops the pitcher and bumps the bowl; what every step shows.
+/// Pours the rest, drops the pitcher and pushes the bowl. Returns what every step shows.
 fn go_on(world: &mut World) -> Vec<Vec<u64>> {
     let mut film = Vec::new();
     let record = &mut |world: &World| film.push(bits(world));
@@ -59,7 +59,7 @@ fn the_same_calls_give_the_same_bits() {
     let (film, world) = build();
     let (again, _) = build();
     assert!(film == again);
-    // The film has something to say: beads were poured and the bowl moved.
+    // Something has happened: beads were poured and the bowl moved.
     assert!(world.beads_inside("pitcher") < Some(60));
 }
 

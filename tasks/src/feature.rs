@@ -61,7 +61,7 @@ vocabulary! {
     /// `fill(c)`: fraction of all beads in the container.
     Fill = "fill(container)", [Filled], Number::No, Measure::One(FILL_SCALE, |world, [c, _]| fill(world, c));
     /// `joint(a)`: metres that the object has slid from the start of its range.
-    Slid = "joint(a)", [Sliding], Number::No, Measure::One(SLIDE_SCALE, |world, [a, _]| world.joint_value(a));
+    Slid = "joint(a)", [Sliding], Number::No, Measure::One(SLIDE_SCALE, |world, [a, _]| world.slide_value(a));
     /// `seen(a)`: 1 where the object is there.
     Seen = "seen(a)", [Object], Number::No, Measure::One(SEEN_SCALE, |world, [a, _]| world.pose(a).map(|_| 1.0));
 }

@@ -46,10 +46,10 @@ vocabulary! {
         |world, [a, b], limit| is_put_down(world, a, b, limit);
     /// `open(a, metres)`: `a` has slid at least this far from the start of its range.
     Open = "open(a, positive metres)", [Sliding], Number::Positive,
-        |world, [a, _], metres| Some(world.joint_value(a)? >= metres);
+        |world, [a, _], metres| Some(world.slide_value(a)? >= metres);
     /// `pressed(a)`: `a` has slid at least [`PRESSED_PART`] of its travel.
     Pressed = "pressed(a)", [Sliding], Number::No,
-        |world, [a, _], _| Some(world.joint_value(a)? >= PRESSED_PART * world.joint_travel(a)?);
+        |world, [a, _], _| Some(world.slide_value(a)? >= PRESSED_PART * world.slide_travel(a)?);
 }
 
 /// A condition on a world. Each condition is a measurement, and none knows which variation is being played.

@@ -88,7 +88,7 @@ fn pressed() {
             let mut episode = Episode::start(&Arc::new(setting), seed).unwrap_or_else(|error| panic!("{error}"));
             for (housing, z) in [("green", 0.09), ("red", 0.09 + higher)] {
                 let is_pressed = Predicate::parse(&format!("pressed({housing}_cap)")).expect("a condition");
-                let travel = episode.world().joint_travel(&format!("{housing}_cap")).expect("it slides");
+                let travel = episode.world().slide_travel(&format!("{housing}_cap")).expect("it slides");
                 let frame = episode.reference_pose(housing).expect("there");
                 confusion.count(episode.holds(&is_pressed), false);
                 // The fingers touch the cap with the TCP at x = -0.165.

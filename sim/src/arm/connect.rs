@@ -1,12 +1,13 @@
-//! RRT-Connect (Kuffner and LaValle 2000): two trees that grow towards each other, and the way through them made shorter.
+//! RRT-Connect (Kuffner and LaValle 2000): two trees grow towards each other, and the way through them is made shorter.
 
 use nalgebra::SVector;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// A tree grows by so much at a time, radians (norm over all joints).
+/// A tree grows by so much in a step, radians (norm over all joints).
 const STEP: f64 = 0.2;
-/// Between two points a way is looked at so often, radians: a hand at the end of the arm moves by 2 cm at the most, about a finger's width.
+/// A way between two points is looked at once in so many radians. A hand at the end of the arm moves by 2 cm at the
+/// most in between, about a finger's width.
 const RESOLUTION: f64 = 0.02;
 
 /// The space in which a way is sought.
@@ -47,7 +48,8 @@ impl<const N: usize> Tree<N> {
         way
     }
 
-    /// Grows straight towards a point until it is there or something is in the way. Returns the last point, and whether that is it.
+    /// Grows straight towards a point until it is there or something is in the way. Returns the index of the last
+    /// point, and whether it is there.
     fn grow(&mut self, space: &Space<'_, N>, to: &SVector<f64, N>, most_steps: usize) -> (usize, bool) {
         let mut at = self.nearest(to);
         for _ in 0..most_steps {
@@ -73,14 +75,15 @@ impl<const N: usize> Space<'_, N> {
         SVector::from_fn(|axis, _| self.lower[axis] + (self.upper[axis] - self.lower[axis]) * rng.random::<f64>())
     }
 
-    /// Whether the straight way is free, its beginning left out.
+    /// Whether the straight way is free. Its first point is not looked at.
     pub(crate) fn is_clear(&self, from: &SVector<f64, N>, to: &SVector<f64, N>) -> bool {
         let way = to - from;
         let pieces = libm::ceil(way.norm() / RESOLUTION).max(1.0) as usize;
         (1..=pieces).all(|piece| (self.is_free)(&(from + way * (piece as f64 / pieces as f64))))
     }
 
-    /// A free way from `start` to one of `goals`, both among its points; none where the budget of iterations is used up.
+    /// A free way from `start` to one of `goals`, both among its points. None where the budget of iterations is used
+    /// up.
     pub(crate) fn connect(
         &self,
         start: &SVector<f64, N>,
@@ -116,7 +119,7 @@ impl<const N: usize> Space<'_, N> {
         None
     }
 
-    /// Cuts corners: pairs of places on the way, drawn at random, are joined straight where that is free.
+    /// Cuts corners: two places on the way are drawn at random, and joined straight where that is free.
     pub(crate) fn shorten(
         &self,
         mut way: Vec<SVector<f64, N>>,
@@ -164,7 +167,7 @@ mod tests {
         discs.iter().all(|(center, radius)| (point - center).norm() > radius + grown)
     }
 
-    /// Whether the two corners of the square are joined on a grid: an oracle that knows nothing of trees.
+    /// Whether the two corners of the square are joined on a grid. It is an oracle that knows nothing of trees.
     fn joined_on_a_grid(discs: &[(Vector2<f64>, f64)], grown: f64) -> bool {
         const CELLS: i32 = 200;
         let point = |x: i32, y: i32| Vector2::new(f64::from(x), f64::from(y)) * (4.0 / f64::from(CELLS));

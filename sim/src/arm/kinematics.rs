@@ -1,21 +1,18 @@
 //! Where the arm's links are at given angles, and at which angles the hand is at a given pose.
 
-use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector6};
+use nalgebra::{Matrix6, SMatrix, Vector3, Vector6};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::arm::model::{ArmModel, JOINTS};
+use crate::arm::model::{ArmModel, Configuration, JOINTS};
 use crate::frame::{Pose, pose_at, rotation_about};
 
-/// The angles of the joints in radians, from the mount to the hand.
-pub type Configuration = SVector<f64, JOINTS>;
-
-/// The hand's velocity (m/s, then rad/s, world frame) for each joint's.
+/// The hand's velocity (m/s, then rad/s, world frame) for the velocity of each joint (rad/s), shape (6, JOINTS).
 type Jacobian = SMatrix<f64, 6, JOINTS>;
 
 /// Iterations of a solution that starts anywhere.
 const ITERATIONS: usize = 120;
-/// A solution is this near: metres, and the same number of radians.
+/// A solution is so near to its target: metres, and the same number of radians.
 const TOLERANCE: f64 = 1e-7;
 /// What is left of the damping at the target itself, squared.
 const LEAST_DAMPING: f64 = 1e-10;
@@ -23,16 +20,19 @@ const LEAST_DAMPING: f64 = 1e-10;
 const DAMPING: f64 = 0.05;
 /// No joint turns by more than this in an iteration, radians: beyond it the linear step means nothing.
 const LONGEST_STEP: f64 = 0.4;
-/// How readily each joint moves. The third, a roll of the upper arm, swings the elbow out: it is the one to spare, and moves last.
+/// How readily each joint moves. The third, a roll of the upper arm, swings the elbow out. It is the one to spare, and
+/// moves last.
 const READINESS: [f64; JOINTS] = [1.0, 1.0, 0.1, 1.0, 1.0, 1.0, 1.0];
-/// In so many first iterations the spare joint is drawn to the rest position, lest it wander off to a limit on a long way…
+/// In so many first iterations the spare joint is drawn to the rest position. Else it wanders off to a limit on a long
+/// way.
 const DRAWN: usize = 3;
-/// …by this part of what is missing…
+/// It is drawn by this part of what is missing.
 const REST_GAIN: f64 = 0.1;
-/// …and by no more than this an iteration, radians: a way is followed in steps of a centimetre, and all of it is 0.9 rad/s there.
+/// It is drawn by no more than this in an iteration, radians. A way is followed in steps of a centimetre, so all
+/// that it is drawn makes 0.9 rad/s at most.
 const LONGEST_DRAW: f64 = 0.012;
 /// Starts drawn at random, after the given one and the rest position.
-pub(crate) const RESTARTS: usize = 24;
+const RESTARTS: usize = 24;
 
 /// Where everything is at a configuration, in the world.
 pub(crate) struct Posture {
@@ -43,6 +43,7 @@ pub(crate) struct Posture {
 }
 
 impl ArmModel {
+    /// Where everything is at these angles.
     pub(crate) fn posture(&self, configuration: &Configuration) -> Posture {
         let mut frame = self.mount;
         let links = std::array::from_fn(|index| {
@@ -71,8 +72,9 @@ impl ArmModel {
         jacobian
     }
 
-    /// The angles near `start` at which the hand is at `target`, within the joints' ranges: weighted and damped least squares (Nakamura and
-    /// Hanafusa 1986; Wampler 1986), the spare joint drawn to `rest`. None where it does not converge.
+    /// The angles near `start` at which the hand is at `target`, within the joints' ranges: weighted and damped least
+    /// squares (Nakamura and Hanafusa 1986; Wampler 1986), the spare joint drawn to `rest`. None where it does not
+    /// converge.
     pub(crate) fn solve(&self, target: &Pose, start: &Configuration, rest: &Configuration) -> Option<Configuration> {
         let mut angles = *start;
         for iteration in 0..ITERATIONS {
@@ -101,7 +103,8 @@ impl ArmModel {
         None
     }
 
-    /// Configurations at which the hand is at `target`: from `start`, from `rest`, and from starts drawn at random. None if it is out of reach.
+    /// Configurations at which the hand is at `target`: from `start`, from `rest`, and from starts drawn at random with
+    /// `seed`. There are none if it is out of reach.
     pub(crate) fn solutions<'a>(
         &'a self,
         target: &'a Pose,
@@ -115,7 +118,7 @@ impl ArmModel {
     }
 
     /// Any configuration within the joints' ranges, all equally likely.
-    pub(crate) fn draw(&self, rng: &mut ChaCha8Rng) -> Configuration {
+    fn draw(&self, rng: &mut ChaCha8Rng) -> Configuration {
         Configuration::from_fn(|index, _| {
             let joint = &self.joints[index];
             joint.lower + (joint.upper - joint.lower) * rng.random::<f64>()

@@ -2,11 +2,10 @@
 
 use std::sync::{Arc, OnceLock};
 
-use nalgebra::{Unit, UnitQuaternion, Vector3};
+use nalgebra::{SVector, Unit, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use urdf_rs::{Geometry, JointType, Robot};
 
-use crate::arm::Configuration;
 use crate::convex::Convex;
 use crate::error::SimError;
 use crate::frame::{Pose, pose_at, rotation_about};
@@ -14,6 +13,9 @@ use crate::part::Part;
 
 /// Joints of an arm: as many as a pose has numbers, and one to spare.
 pub const JOINTS: usize = 7;
+
+/// The angles of the joints in radians, from the mount to the hand.
+pub type Configuration = SVector<f64, JOINTS>;
 
 /// Our own arm: a pedestal behind the table, 1.14 m from shoulder to wrist.
 const BUILTIN: &str = include_str!("arm.urdf");
@@ -63,11 +65,13 @@ impl ArmModel {
         Arc::clone(ARM.get_or_init(|| Arc::new(ArmModel::parse(BUILTIN).expect("a test reads it"))))
     }
 
-    /// Reads an arm from URDF: one unbranched chain from a root link to a tool link, with seven revolute joints and any number of fixed
-    /// ones. Shells are the `collision` boxes, cylinders and spheres. The last link's frame is that of the hand (see [`crate::World::tcp`]).
+    /// Reads an arm from URDF: one unbranched chain from a root link to a tool link, with seven revolute joints and any
+    /// number of fixed ones. Shells are the `collision` boxes, cylinders and spheres. The last link's frame is that of
+    /// the hand (see [`crate::World::tcp`]).
     ///
     /// # Errors
-    /// [`SimError::Arm`]: no URDF, another number of joints, a branch, a joint without a range, a shell of another shape.
+    /// [`SimError::Arm`]: no URDF, another number of joints, a branch, a joint without a range, a shell of another
+    /// shape.
     pub fn parse(urdf: &str) -> Result<ArmModel, SimError> {
         let robot = urdf_rs::read_from_string(urdf).map_err(|error| SimError::Arm { reason: error.to_string() })?;
         let refuse = |reason: String| SimError::Arm { reason };

@@ -14,7 +14,8 @@ const WALL_CLEARANCE: f64 = 6e-4;
 
 /// A round container: pitcher, bowl, vase, the cup of a ladle. Frame: the centre of its base.
 ///
-/// The room inside is the cone through the middles of the walls. So the beads in the corners between walls count as inside only up to there.
+/// The room inside is the cone through the middles of the walls. So the beads in the corners between walls count as
+/// inside only up to there.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Cup {
@@ -53,7 +54,8 @@ pub struct Handle {
     pub half: [f64; 3],
     /// Heights of the struts between cup and bar; none for the stem of a ladle, which touches its cup.
     pub struts: Vec<f64>,
-    /// Half extents of a strut across and along the bar. They are less than the bar's, so that the fingers touch the bar only.
+    /// Half extents of a strut across and along the bar. They are less than the bar's, so that the fingers touch the
+    /// bar only.
     #[serde(deserialize_with = "all_positive")]
     pub strut_half: [f64; 2],
     /// Density of bar and struts, kg/m³.

@@ -9,7 +9,8 @@ use crate::object::{Object, Outline};
 use crate::part::Part;
 use crate::shape::number::{all_positive, positive};
 
-/// A drawer: an open box, a front panel towards −x, and a fin on it to take it by. Frame: the centre of the base of its box.
+/// A drawer: an open box, a front panel towards −x, and a fin on it to take it by. Frame: the centre of the base of its
+/// box.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Drawer {

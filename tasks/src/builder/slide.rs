@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use situ_sim::{Guard, Motion, Pose, Slide, World};
+use situ_sim::{Guard, Mobility, Pose, Slide, World};
 
 use super::check::Builder;
 use super::layers::{Located, New, laid_over};
@@ -50,7 +50,7 @@ impl<'a> Builder<'a> {
             let expected = format!("`{}`: expected an object listed before `{}`", file.parent, file.object);
             return self.wrong(&key.field("parent"), expected);
         }
-        if placed.iter().any(|placed| placed.body.name == file.object && placed.body.motion == Motion::Fixed) {
+        if placed.iter().any(|placed| placed.body.name == file.object && placed.body.mobility == Mobility::Fixed) {
             return self.wrong(&key.field("object"), format!("`{}` is fixed; expected one that moves", file.object));
         }
         if file.axis.iter().all(|&part| part == 0.0) {

@@ -1,29 +1,30 @@
-//! From where the hand is to a pose: straight where the arm can follow, else by a way round.
+//! The plan of a motion: straight where the arm can follow, else by a way round.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use crate::arm::body::Arm;
 use crate::arm::connect::Space;
-use crate::arm::kinematics::Configuration;
-use crate::arm::obstacles::Obstacles;
-use crate::arm::{Arm, ArmModel};
+use crate::arm::{ArmModel, Configuration, Joint};
 use crate::frame::{Pose, angle_of, between};
-use crate::route::Route;
+use crate::motion::obstacles::Obstacles;
+use crate::motion::route::Route;
 use crate::world::World;
 
-/// On a straight way the arm is looked at so often: metres…
+/// On a straight way the arm is looked at once in so many metres of the hand's way.
 const PIECE: f64 = 0.01;
-/// …and radians of the hand's turn.
+/// It is also looked at once in so many radians of the hand's turn.
 const PIECE_TURN: f64 = 0.06;
 /// A joint that would have to turn by more than this from one look to the next cannot follow, radians.
 const JUMP: f64 = 0.35;
-/// Goals of the search: so many different configurations at the target.
+/// How many different configurations at the target are goals of the search.
 const GOALS: usize = 3;
 /// Two configurations nearer than this are one, radians.
 const SAME: f64 = 1e-3;
-/// The search is given up after so many iterations. A count and not a time: the same plan on every machine.
+/// The search is given up after so many iterations. It is a count and not a time, so the plan is the same on every
+/// machine.
 const ITERATIONS: usize = 3000;
-/// Attempts to shorten what was found.
+/// How often the search tries to shorten the way that it has found.
 const SHORTCUTS: usize = 80;
 
 /// Why there is no way.
@@ -43,7 +44,8 @@ impl World {
         let seed = arm.next_seed();
         let arm = self.arm.as_ref().expect("it was there just now");
         let obstacles = Obstacles::new(self, arm);
-        // On the straight way hand and load may touch things, for that is what they are there for; the guard watches over them.
+        // On the straight way hand and load may touch things, since that is what they are there to do. The guard
+        // watches over them.
         let is_followed = |configuration: &Configuration| obstacles.are_clear_of(configuration);
         if let Some(joints) = arm.follow(&from, &to, &is_followed) {
             return Ok(Route::straight(from, to, joints, &arm.model));
@@ -56,7 +58,8 @@ impl World {
 }
 
 impl Arm {
-    /// The configurations on the straight way from where the arm is, if it can follow.
+    /// The arm's configurations on the straight way, if it can follow: none runs into anything, none is far from the
+    /// last.
     fn follow(&self, from: &Pose, to: &Pose, is_free: &dyn Fn(&Configuration) -> bool) -> Option<Vec<Configuration>> {
         let distance = (to.translation.vector - from.translation.vector).norm();
         let angle = angle_of(&(from.rotation.inverse() * to.rotation));
@@ -85,7 +88,8 @@ impl Arm {
         if found.is_empty() {
             return Err(Unplanned::OutOfReach);
         }
-        // Those from which the arm can go on best are nearest to its rest; the sort is stable, so equals stay in the order of the draws.
+        // The nearest to the rest come first: from there the arm can go on best. The sort is stable, so equals stay in
+        // the order of the draws.
         found.sort_by(|a, b| (a - self.rest).norm_squared().total_cmp(&(b - self.rest).norm_squared()));
         let mut goals: Vec<Configuration> = Vec::new();
         for goal in found {
@@ -103,6 +107,6 @@ impl Arm {
 
 /// The least and the greatest angles.
 fn bounds(model: &ArmModel) -> (Configuration, Configuration) {
-    let bound = |of: fn(&crate::arm::Joint) -> f64| Configuration::from_fn(|joint, _| of(&model.joints[joint]));
+    let bound = |of: fn(&Joint) -> f64| Configuration::from_fn(|joint, _| of(&model.joints[joint]));
     (bound(|joint| joint.lower), bound(|joint| joint.upper))
 }

@@ -1,8 +1,16 @@
-//! Ways of the hand: straight to a pose, or along a way that its arm has found.
+//! Routes of the hand: straight to a pose, or along a way that its arm has found.
+
+use std::sync::Arc;
 
 use crate::arm::{ArmModel, Configuration};
 use crate::frame::{Pose, angle_of, between};
-use crate::planner::{MAX_SPEED, MAX_TURN};
+
+/// The hand's largest speed in m/s.
+pub const MAX_SPEED: f64 = 0.25;
+/// The hand's largest rate of turning in rad/s.
+pub const MAX_TURN: f64 = 1.5;
+/// The hand is given so much more of the time between two configurations: between them it does not go straight.
+const SLACK: f64 = 1.2;
 
 /// Where the hand and its arm are at a moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,9 +31,9 @@ pub(crate) enum Route {
         /// Seconds at full speed.
         length: f64,
     },
-    /// Straight in the joints' angles, piece by piece; the hand goes where the arm takes it.
+    /// Straight in the joints' angles, piece by piece. The hand goes where the arm takes it.
     Joints {
-        model: std::sync::Arc<ArmModel>,
+        model: Arc<ArmModel>,
         /// Configurations with the seconds at full speed until each; the first has 0.
         marks: Vec<(f64, Configuration)>,
         /// The pose at which it ends, to the last bit.
@@ -46,7 +54,8 @@ impl Route {
         Route::Straight { from, to, joints: Vec::new(), length: seconds_between(&from, &to) }
     }
 
-    /// The straight way, followed by an arm at these configurations: as fast as the hand may go where every joint keeps up, else slower.
+    /// The straight way, followed by an arm at these configurations. It is as fast as the hand may go where every joint
+    /// keeps up, else slower.
     pub(crate) fn straight(from: Pose, to: Pose, joints: Vec<Configuration>, model: &ArmModel) -> Route {
         let pieces = joints.len().saturating_sub(1).max(1) as f64;
         let slowest = joints.windows(2).map(|pair| model.seconds_between(&pair[0], &pair[1])).fold(0.0, f64::max);
@@ -54,9 +63,7 @@ impl Route {
     }
 
     /// A way through configurations, which ends at the pose `to`.
-    pub(crate) fn through(way: &[Configuration], to: Pose, model: &std::sync::Arc<ArmModel>) -> Route {
-        /// Of the time between two configurations the hand is given so much more: between them it does not go straight.
-        const SLACK: f64 = 1.2;
+    pub(crate) fn through(way: &[Configuration], to: Pose, model: &Arc<ArmModel>) -> Route {
         let mut marks = Vec::with_capacity(way.len());
         let mut at = 0.0;
         for (index, configuration) in way.iter().enumerate() {
@@ -66,7 +73,7 @@ impl Route {
             }
             marks.push((at, *configuration));
         }
-        Route::Joints { model: std::sync::Arc::clone(model), marks, to }
+        Route::Joints { model: Arc::clone(model), marks, to }
     }
 
     /// Seconds at full speed.

@@ -5,18 +5,20 @@ use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::parry::query::{contact, intersection_test};
 use rapier3d::prelude::Pose as EnginePose;
 
-use crate::arm::Arm;
-use crate::arm::kinematics::{Configuration, Posture};
-use crate::arm::model::{ArmModel, JOINTS};
-use crate::error::SimError;
+use crate::arm::body::Arm;
+use crate::arm::kinematics::Posture;
+use crate::arm::shells::Shells;
+use crate::arm::{ArmModel, Configuration};
 use crate::frame::{Pose, to_engine};
-use crate::world::{Tag, World};
+use crate::tag::Tag;
+use crate::world::World;
 
-/// Links so near to each other along the arm meet at a joint and are never tested against each other.
+/// Links that are so near to each other along the arm meet at a joint. They are never tested against each other.
 const NEIGHBOURS: usize = 2;
-/// The first of the links that can reach anything: the pedestal and the turret stay where they are.
+/// The first of the links that can reach anything. The pedestal and the turret stay where they are.
 const FIRST: usize = 2;
-/// On a way round, hand and load may be so deep in the scene, metres: what stands on the table or is about to be put there touches it.
+/// On a way round, hand and load may be so deep in the scene, metres: what stands on the table touches it, and so does
+/// what is about to be put there.
 const TOUCH: f32 = 3e-3;
 
 /// A shape with its place.
@@ -33,7 +35,8 @@ impl Placed {
     }
 
     fn meets(&self, other: &Placed) -> bool {
-        // The engine answers for all pairs of convex shapes; a pair that it did not know would count as free, as it is to the physics.
+        // The engine answers for all pairs of convex shapes. A pair that it did not know would count as free, as it
+        // does in the physics.
         self.bounds.intersects(&other.bounds)
             && intersection_test(&self.pose, &*self.shape, &other.pose, &*other.shape)
                 .is_ok_and(|intersection| intersection.intersecting)
@@ -43,28 +46,6 @@ impl Placed {
         self.bounds.intersects(&other.bounds)
             && contact(&self.pose, &*self.shape, &other.pose, &*other.shape, 0.0)
                 .is_ok_and(|contact| contact.is_some_and(|contact| -contact.dist > TOUCH))
-    }
-}
-
-/// The shells of an arm in the engine's words, each in the frame of its link: of the mount, of the link after each joint, and of the hand.
-#[derive(Clone)]
-pub(crate) struct Shells(Vec<Vec<(SharedShape, EnginePose)>>);
-
-impl Shells {
-    pub(crate) fn new(model: &ArmModel) -> Result<Shells, SimError> {
-        let mut all = Vec::with_capacity(JOINTS + 2);
-        for parts in &model.shells {
-            let parts = parts.iter().map(|part| {
-                let (shape, upright) = part.shape.engine(&model.name)?;
-                Ok((shape, to_engine(&part.pose) * upright))
-            });
-            all.push(parts.collect::<Result<Vec<_>, SimError>>()?);
-        }
-        Ok(Shells(all))
-    }
-
-    pub(crate) fn of_link(&self, link: usize) -> &[(SharedShape, EnginePose)] {
-        self.0.get(link).map_or(&[], Vec::as_slice)
     }
 }
 
@@ -80,7 +61,7 @@ pub(crate) struct Obstacles<'a> {
 }
 
 impl<'a> Obstacles<'a> {
-    /// All that is solid but beads, which give way, and what the hand carries.
+    /// All that is solid, without the beads, which give way, and without what the hand carries.
     pub(crate) fn new(world: &World, arm: &'a Arm) -> Obstacles<'a> {
         let carried = world.carried();
         let tcp = to_engine(&world.hand.tcp(&world.physics)).inverse();
@@ -111,7 +92,8 @@ impl<'a> Obstacles<'a> {
         !carried.iter().any(is_deep) && self.are_clear_of(configuration)
     }
 
-    /// Whether the arm at this configuration meets neither the scene nor itself. The hand is tested against the arm alone.
+    /// Whether the arm at this configuration meets neither the scene nor itself. The hand is tested against the arm
+    /// alone.
     pub(crate) fn are_clear_of(&self, configuration: &Configuration) -> bool {
         let Posture { links, tcp } = self.model.posture(configuration);
         let frames: Vec<Pose> = std::iter::once(self.model.mount).chain(links).collect();

@@ -1,0 +1,176 @@
+//! Setting a scene: what stands on the table, what is in it, what holds it, and what carries the hand.
+
+use std::sync::Arc;
+
+use rapier3d::geometry::{Group, InteractionGroups};
+use rapier3d::prelude::{ColliderBuilder, RigidBodyBuilder};
+
+use crate::arm::ArmModel;
+use crate::arm::body::Arm;
+use crate::beads::Beads;
+use crate::check::{check_pose, within};
+use crate::error::SimError;
+use crate::frame::{Pose, from_engine, to_engine, to_engine_vector};
+use crate::guard::Guard;
+use crate::magnet::{Bond, Magnet};
+use crate::object::{Mobility, Object};
+use crate::slide::{Guide, Slide};
+use crate::tag::{ARM, HAND, TABLE, Tag};
+use crate::world::{Entry, LENGTH_UNIT, World};
+
+/// A heap of beads that are all slower than this, m/s, for [`BEADS_REST_AFTER`] rests until something touches it. By
+/// then it lies within a millimetre of where it would come to lie, and it costs nothing.
+const BEADS_REST_BELOW: f32 = 4e-3;
+/// How long a heap of beads has to be slow before it rests, seconds.
+const BEADS_REST_AFTER: f32 = 0.25;
+/// How long beads are left to come to rest after they have been put in, seconds.
+const FILL_SETTLE: f64 = 0.5;
+/// The most iterations of the solver in a step.
+const MOST_ITERATIONS: usize = 64;
+
+impl World {
+    /// Puts an object into the world, at rest. `pose` is that of its frame (see [`Object`]).
+    ///
+    /// # Errors
+    /// The name is taken (`table`, `hand` and `arm` always are), the pose is not finite or more than 5 m away, or a
+    /// dimension or a property of the material is impossible.
+    pub fn add(&mut self, object: Object, pose: Pose) -> Result<(), SimError> {
+        if [TABLE, HAND, ARM].contains(&object.name.as_str()) || self.names.contains_key(&object.name) {
+            return Err(SimError::DuplicateName { object: object.name });
+        }
+        object.check()?;
+        check_pose(&object.name, &pose)?;
+        let index = self.entries.len();
+        let colliders = object
+            .parts
+            .iter()
+            .map(|part| {
+                let (shape, upright) = part.shape.engine(&object.name)?;
+                let collider = ColliderBuilder::new(shape)
+                    .position(to_engine(&part.pose) * upright)
+                    .density(part.density as f32)
+                    .friction(part.friction as f32)
+                    .user_data(Tag::Object(index).encode());
+                Ok(if part.solid { collider } else { collider.collision_groups(no_groups()).density(0.0) })
+            })
+            .collect::<Result<Vec<_>, SimError>>()?;
+        let body = match object.mobility {
+            Mobility::Fixed => RigidBodyBuilder::fixed(),
+            Mobility::Dynamic => RigidBodyBuilder::dynamic(),
+        };
+        let body = self.physics.insert_body(body.pose(to_engine(&pose)));
+        for collider in colliders {
+            self.physics.insert_collider(collider, Some(body));
+        }
+        self.names.insert(object.name.clone(), index);
+        self.entries.push(Entry { object, body });
+        Ok(())
+    }
+
+    /// Puts beads into a container, in layers from its floor up, and lets half a second pass until they have settled.
+    ///
+    /// # Errors
+    /// There is no such object, it has no interior, the beads do not fit below its rim, or a property of theirs is
+    /// impossible.
+    pub fn fill(&mut self, container: &str, beads: &Beads) -> Result<(), SimError> {
+        let entry = &self.entries[self.index(container)?];
+        let Some(interior) = entry.object.container else {
+            return Err(SimError::NoInterior { object: container.to_owned() });
+        };
+        let pose = from_engine(self.physics.bodies[entry.body].position());
+        for center in beads.layout(container, &interior)? {
+            let at = pose * nalgebra::Point3::from(center);
+            let body = RigidBodyBuilder::dynamic()
+                .translation(to_engine_vector(&at.coords))
+                .angular_damping(beads.angular_damping as f32);
+            let ball = ColliderBuilder::ball(beads.radius as f32)
+                .density(beads.density as f32)
+                .friction(beads.friction as f32)
+                .user_data(Tag::Bead.encode());
+            let (body, _) = self.physics.insert(body, ball);
+            let activation = self.physics.bodies[body].activation_mut();
+            activation.normalized_linear_threshold = BEADS_REST_BELOW / LENGTH_UNIT;
+            activation.time_until_sleep = BEADS_REST_AFTER;
+            self.beads.push(body);
+        }
+        self.settle(FILL_SETTLE);
+        Ok(())
+    }
+
+    /// Adds a magnet between two objects.
+    ///
+    /// # Errors
+    /// One of the objects does not exist, or force, range or seat are impossible.
+    pub fn magnet(&mut self, magnet: Magnet) -> Result<(), SimError> {
+        let (a, b) = (self.index(&magnet.a)?, self.index(&magnet.b)?);
+        within(&magnet.a, "a magnet's force must be 0 to 100 N", &[magnet.force], 0.0, 100.0)?;
+        within(&magnet.a, "a magnet's range must be 0 to 0.1 m", &[magnet.range], 0.0, 0.1)?;
+        check_pose(&magnet.a, &magnet.seat)?;
+        self.bonds.push(Bond { a, b, magnet });
+        Ok(())
+    }
+
+    /// Lets one object slide along an axis of another. The child stays where it is: that place is `value` of the slide.
+    ///
+    /// # Errors
+    /// One of the objects does not exist, they are the same, the child is fixed or slides already, or a number is
+    /// impossible.
+    pub fn slide(&mut self, slide: &Slide) -> Result<(), SimError> {
+        let (parent, child) = (self.index(&slide.parent)?, self.index(&slide.child)?);
+        slide.check()?;
+        let taken = self.guides.iter().any(|guide| guide.child == child);
+        if parent == child || taken || self.entries[child].object.mobility == Mobility::Fixed {
+            return Err(SimError::NoSlide { object: slide.child.clone() });
+        }
+        let bodies = [parent, child].map(|index| self.entries[index].body);
+        self.guides.push(Guide::build(&mut self.physics, slide, child, bodies));
+        Ok(())
+    }
+
+    /// Mounts an arm that carries the hand, from now on: motions keep to what it can reach and go round what it would
+    /// run into. `seed` is that of its planner.
+    ///
+    /// # Errors
+    /// There is an arm already, a shell of the model is impossible, or the hand is out of the arm's reach.
+    pub fn mount(&mut self, model: Arc<ArmModel>, seed: u64) -> Result<(), SimError> {
+        if self.arm.is_some() {
+            return Err(SimError::Arm { reason: "there is an arm already".to_owned() });
+        }
+        self.arm = Some(Arm::build(&mut self.physics, model, self.hand.target(), seed)?);
+        Ok(())
+    }
+
+    /// Puts the hand elsewhere at once, at rest, the pads `opening` metres apart (clamped to what it can do).
+    ///
+    /// It is meant for setting a scene, before an arm is mounted: nothing checks whether something is in the way. The
+    /// call is ignored where the target is not finite or further than 5 m away, and where there is an arm.
+    pub fn place_gripper(&mut self, tcp: Pose, opening: f64) {
+        if check_pose(HAND, &tcp).is_ok() && opening.is_finite() && self.arm.is_none() {
+            self.hand.place(&mut self.physics, tcp, opening);
+        }
+    }
+
+    /// The forces at which a motion of the hand ends early, from now on.
+    ///
+    /// # Errors
+    /// They are not more than 0, not finite, or the guard is above the limit of the abort.
+    pub fn set_guard(&mut self, guard: Guard) -> Result<(), SimError> {
+        guard.check()?;
+        self.guard = guard;
+        Ok(())
+    }
+
+    /// Iterations of the solver in a step from now on, clamped to 1 to 64.
+    ///
+    /// The default of 4 is right for what lies about. It does not converge where the hand squeezes something on a
+    /// slide: a squeeze of 10 N on the fin of a drawer comes out as up to 25 N on either finger, with 16 iterations as
+    /// up to 15 N. Only a scene of few contacts can bear the cost.
+    pub fn set_solver_iterations(&mut self, iterations: usize) {
+        self.physics.integration_parameters.num_solver_iterations = iterations.clamp(1, MOST_ITERATIONS);
+    }
+}
+
+/// Collides with nothing.
+fn no_groups() -> InteractionGroups {
+    InteractionGroups::none().with_memberships(Group::NONE)
+}
