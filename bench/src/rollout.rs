@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use situ::keyframe::policy::Execution;
 use situ::method::Learned;
 use situ::place::{NodeId, Place};
-use situ_sim::{Gripper, MAX_OPENING, MotionEnd, World};
+use situ_sim::{GripperCommand, MAX_OPENING, MotionEnd, World};
 use situ_tasks::{Episode, Moment};
 use situ_teachers::convert::{gripper_command, observe};
 
@@ -202,10 +202,10 @@ const SAME_OPENING: f64 = 1e-3;
 /// The same for a force, newtons.
 const SAME_FORCE: f64 = 0.5;
 
-fn same(left: Gripper, right: Gripper) -> bool {
+fn same(left: GripperCommand, right: GripperCommand) -> bool {
     match (left, right) {
-        (Gripper::Open(left), Gripper::Open(right)) => (left - right).abs() < SAME_OPENING,
-        (Gripper::Close(left), Gripper::Close(right)) => (left - right).abs() < SAME_FORCE,
+        (GripperCommand::Open(left), GripperCommand::Open(right)) => (left - right).abs() < SAME_OPENING,
+        (GripperCommand::Close(left), GripperCommand::Close(right)) => (left - right).abs() < SAME_FORCE,
         _ => false,
     }
 }

@@ -14,6 +14,7 @@ use rapier3d::prelude::{
 use serde::{Deserialize, Serialize};
 
 use crate::frame::{Pose, from_engine, from_engine_vector, to_engine, to_engine_near};
+use crate::gripper::{GripperCommand, MAX_OPENING, STROKE};
 use crate::step::DT;
 use crate::tag::Tag;
 
@@ -29,12 +30,6 @@ const FINGER_ABOVE_TCP: f64 = 0.018;
 const FINGER_MASS: f32 = 1.0;
 /// Friction of palm and fingers: rubber pads.
 const HAND_FRICTION: f32 = 1.0;
-/// The largest distance of a finger's pad from the middle in metres.
-const STROKE: f64 = 0.040;
-/// The largest distance between the pads in metres.
-pub const MAX_OPENING: f64 = 2.0 * STROKE;
-/// The largest squeeze in newtons.
-pub const MAX_SQUEEZE: f64 = 60.0;
 /// Stiffness of a finger's motor, N/m.
 const STIFFNESS: f64 = 2e4;
 /// Damping of a finger's motor, N·s/m.
@@ -52,15 +47,6 @@ const SMOOTHING_STEPS: f64 = 12.0;
 /// Hand and arm collide with everything but each other.
 const HAND_GROUP: Group = Group::GROUP_2;
 
-/// A command to the gripper.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub enum Gripper {
-    /// Open to this distance between the pads, metres (clamped to what the gripper can do).
-    Open(f64),
-    /// Close and press with this force, newtons on either side (clamped likewise).
-    Close(f64),
-}
-
 /// Bodies and controller of the hand.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Hand {
@@ -71,7 +57,7 @@ pub(crate) struct Hand {
     colliders: [ColliderHandle; 3],
     /// Where the tool centre point is to be after the next step.
     target: Pose,
-    command: Gripper,
+    command: GripperCommand,
     /// The moving target of each finger: distance of its pad from the middle, metres.
     ramp: f64,
     /// Mean distance of the pads from the middle before the last step, metres.
@@ -125,7 +111,7 @@ impl Hand {
             rails: [left_rail, right_rail],
             colliders: [palm_collider, left_collider, right_collider],
             target: tcp,
-            command: Gripper::Open(2.0 * gap),
+            command: GripperCommand::Open(2.0 * gap),
             ramp: gap,
             mean: gap,
             force: Vector3::zeros(),
@@ -145,7 +131,7 @@ impl Hand {
             body.set_angvel(Vector::ZERO, true);
         }
         self.target = tcp;
-        self.command = Gripper::Open(2.0 * gap);
+        self.command = GripperCommand::Open(2.0 * gap);
         self.ramp = gap;
         self.mean = gap;
         self.force = Vector3::zeros();
@@ -165,12 +151,8 @@ impl Hand {
     }
 
     /// Takes a command; one that is not a number is ignored.
-    pub(crate) fn obey(&mut self, physics: &PhysicsWorld, command: Gripper) {
-        let command = match command {
-            Gripper::Open(width) if width.is_finite() => Gripper::Open(width.clamp(0.0, MAX_OPENING)),
-            Gripper::Close(force) if force.is_finite() => Gripper::Close(force.clamp(0.0, MAX_SQUEEZE)),
-            _ => return,
-        };
+    pub(crate) fn obey(&mut self, physics: &PhysicsWorld, command: GripperCommand) {
+        let Some(command) = command.clamped() else { return };
         if command != self.command {
             self.ramp = mean(self.gaps(physics));
             self.command = command;
@@ -178,7 +160,7 @@ impl Hand {
     }
 
     /// The command in force.
-    pub(crate) fn command(&self) -> Gripper {
+    pub(crate) fn command(&self) -> GripperCommand {
         self.command
     }
 
@@ -214,11 +196,11 @@ impl Hand {
         self.mean = mean;
         let step = FINGER_SPEED * DT;
         let (target, speed, limit) = match self.command {
-            Gripper::Open(width) => {
+            GripperCommand::Open(width) => {
                 self.ramp += (0.5 * width - self.ramp).clamp(-step, step);
                 (self.ramp, 0.0, OPENING_FORCE)
             }
-            Gripper::Close(force) => {
+            GripperCommand::Close(force) => {
                 let reach = force / STIFFNESS;
                 self.ramp = (self.ramp - step).max(-reach);
                 (self.ramp.max(mean - reach), speed, FORCE_HEADROOM * force)

@@ -9,14 +9,14 @@
 //! All public poses are [`Pose`]: metres, world frame, z up, the table's top at z = 0.
 //!
 //! ```
-//! use situ_sim::{Block, Gripper, MotionEnd, Pose, World};
+//! use situ_sim::{Block, GripperCommand, MotionEnd, Pose, World};
 //!
 //! let mut world = World::new();
 //! let cube = Block { half: [0.02; 3], density: 1000.0, friction: 0.6 };
 //! world.add(cube.object("cube"), Pose::translation(0.1, 0.0, 0.02))?;
 //! world.place_gripper(Pose::translation(0.1, 0.0, 0.15), 0.065);
 //! assert_eq!(world.move_hand(Pose::translation(0.1, 0.0, 0.028), &mut |_| {}), MotionEnd::Reached);
-//! world.command(Gripper::Close(20.0));
+//! world.command(GripperCommand::Close(20.0));
 //! world.hold(0.5, &mut |_| {});
 //! world.move_hand(Pose::translation(0.1, 0.0, 0.12), &mut |_| {});
 //! assert!(world.grip_force("cube").iter().all(|&force| force > 5.0));
@@ -32,6 +32,7 @@ mod convex;
 mod error;
 mod film;
 mod frame;
+mod gripper;
 mod guard;
 mod hand;
 mod image;
@@ -59,8 +60,8 @@ pub use convex::Convex;
 pub use error::SimError;
 pub use film::Film;
 pub use frame::{Pose, pose_at, rotation_about};
+pub use gripper::{GripperCommand, MAX_OPENING, MAX_SQUEEZE};
 pub use guard::{ABORT_FORCE, GUARD_FORCE, Guard};
-pub use hand::{Gripper, MAX_OPENING, MAX_SQUEEZE};
 pub use image::Image;
 pub use interior::Interior;
 pub use magnet::Magnet;

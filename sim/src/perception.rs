@@ -8,7 +8,7 @@ use rapier3d::prelude::{ColliderHandle, Pose as EnginePose, RigidBodyHandle};
 
 use crate::arm::Configuration;
 use crate::frame::{Pose, from_engine, from_engine_vector};
-use crate::hand::Gripper;
+use crate::gripper::GripperCommand;
 use crate::object::Object;
 use crate::slide::Guide;
 use crate::step::DT;
@@ -64,7 +64,7 @@ impl World {
     }
 
     /// The gripper command in force.
-    pub fn gripper(&self) -> Gripper {
+    pub fn gripper(&self) -> GripperCommand {
         self.hand.command()
     }
 

@@ -13,8 +13,9 @@ use crate::arm::body::Arm;
 use crate::check::{check_pose, within};
 use crate::error::SimError;
 use crate::frame::{self, from_engine};
+use crate::gripper::GripperCommand;
 use crate::guard::Guard;
-use crate::hand::{Gripper, Hand};
+use crate::hand::Hand;
 use crate::magnet::Bond;
 use crate::object::{Mobility, Object};
 use crate::push::Push;
@@ -152,7 +153,7 @@ impl World {
     }
 
     /// Commands the gripper. It obeys during the following steps. A command that is not a number is ignored.
-    pub fn command(&mut self, gripper: Gripper) {
+    pub fn command(&mut self, gripper: GripperCommand) {
         self.hand.obey(&self.physics, gripper);
     }
 

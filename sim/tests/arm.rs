@@ -9,8 +9,8 @@ use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use situ_sim::{
-    ARM, ArmModel, Beads, DT, Gripper, HAND, JOINTS, MAX_SPEED, MAX_TURN, MotionEnd, Snapshot, TABLE, World, pose_at,
-    rotation_about,
+    ARM, ArmModel, Beads, DT, GripperCommand, HAND, JOINTS, MAX_SPEED, MAX_TURN, MotionEnd, Snapshot, TABLE, World,
+    pose_at, rotation_about,
 };
 
 /// The file that comes with the program.
@@ -215,7 +215,9 @@ fn what_is_held_is_no_obstacle_and_goes_along() {
     let mut world = ready();
     world.add(block("cube", [0.02; 3], 1000.0, 0.6), standing(-0.1, 0.05, 0.02, 0.4)).unwrap();
     let frame = world.pose("cube").unwrap();
-    for (z, gripper) in [(0.13, Some(Gripper::Open(0.08))), (0.012, Some(Gripper::Close(30.0))), (0.15, None)] {
+    for (z, gripper) in
+        [(0.13, Some(GripperCommand::Open(0.08))), (0.012, Some(GripperCommand::Close(30.0))), (0.15, None)]
+    {
         let end = common::keyframe(&mut world, &frame, pitched(0.0, z - 0.02, 0.0), gripper, 0.0, &mut |_| {});
         assert_eq!(end, MotionEnd::Reached);
     }
@@ -233,7 +235,9 @@ fn what_is_held_is_held_on_every_way() {
         let mut world = ready();
         world.add(block("cube", [0.02; 3], 1000.0, 0.6), standing(-0.1, 0.05, 0.02, 0.4)).unwrap();
         let frame = world.pose("cube").unwrap();
-        for (z, gripper) in [(0.13, Some(Gripper::Open(0.08))), (0.012, Some(Gripper::Close(30.0))), (0.15, None)] {
+        for (z, gripper) in
+            [(0.13, Some(GripperCommand::Open(0.08))), (0.012, Some(GripperCommand::Close(30.0))), (0.15, None)]
+        {
             common::keyframe(&mut world, &frame, pitched(0.0, z - 0.02, 0.0), gripper, 0.0, &mut |_| {});
         }
         let in_hand = |world: &World| world.tcp().inverse() * world.pose("cube").unwrap();

@@ -8,7 +8,7 @@ mod common;
 use common::{apart, block, keyframe, pitched, standing};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use situ_sim::{Bin, Gripper, MotionEnd, World};
+use situ_sim::{Bin, GripperCommand, MotionEnd, World};
 
 /// How far an object may have moved in the hand, metres.
 const SLIP: f64 = 0.002;
@@ -30,7 +30,8 @@ fn cubes_are_held_through_lift_tilt_and_shaking() {
 
         let frame = cube * standing(aside[0], aside[1], 0.0, 0.0);
         let quiet = &mut |_: &World| {};
-        let down = keyframe(&mut world, &frame, pitched(0.0, 0.008, 0.0), Some(Gripper::Close(20.0)), 0.0, quiet);
+        let down =
+            keyframe(&mut world, &frame, pitched(0.0, 0.008, 0.0), Some(GripperCommand::Close(20.0)), 0.0, quiet);
         assert_eq!(down, MotionEnd::Reached);
         let in_hand = |world: &World| world.tcp().inverse() * world.pose("cube").unwrap();
         let taken = in_hand(&world);
@@ -58,7 +59,7 @@ fn a_gentle_squeeze_arrives_in_time() {
         let mut world = World::new();
         world.add(block("cube", [0.02; 3], 500.0, 0.6), standing(0.0, 0.0, 0.02, 0.0)).unwrap();
         world.place_gripper(standing(0.0, 0.004, 0.028, 0.0), 0.08);
-        world.command(Gripper::Close(force));
+        world.command(GripperCommand::Close(force));
         world.settle(0.5);
         for got in world.grip_force("cube") {
             assert!((got - force).abs() < 0.05 * force, "asked for {force} N, got {got} N");
@@ -84,11 +85,13 @@ fn a_block_is_carried_into_a_bin() {
         let start = standing(-0.1, 0.12 * k as f64 - 0.05, 0.02, 0.2);
         world.add(block(name, [0.02; 3], 1000.0, 0.6), start).unwrap();
         world.settle(0.1);
-        for (z, gripper) in [(0.13, Some(Gripper::Open(0.065))), (0.008, Some(Gripper::Close(20.0))), (0.15, None)] {
+        for (z, gripper) in
+            [(0.13, Some(GripperCommand::Open(0.065))), (0.008, Some(GripperCommand::Close(20.0))), (0.15, None)]
+        {
             keyframe(&mut world, &start, standing(0.0, 0.0, z, 0.0), gripper, 0.0, quiet);
         }
         assert!(!is_in_bin(&world, name));
-        for (z, gripper) in [(0.17, None), (0.10, Some(Gripper::Open(0.065))), (0.17, None)] {
+        for (z, gripper) in [(0.17, None), (0.10, Some(GripperCommand::Open(0.065))), (0.17, None)] {
             keyframe(&mut world, &place, standing(0.0, 0.0, z, 0.0), gripper, 0.0, quiet);
         }
         world.settle(0.5);

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{JUG, LID, close_pitcher, grasp, keyframe, pouring, standing, tilt};
-use situ_sim::{Beads, Gripper, MotionEnd, Pose, World};
+use situ_sim::{Beads, GripperCommand, MotionEnd, Pose, World};
 
 fn scene() -> World {
     pouring(&Beads::new(60), standing(-0.16, 0.0, 0.0, 0.0), standing(0.16, 0.0, 0.0, 0.0))
@@ -38,7 +38,9 @@ fn the_lid_comes_off_at_its_knob() {
     close_pitcher(&mut world);
     let pitcher = world.pose("pitcher").unwrap();
     let lid = world.pose("lid").unwrap();
-    for (z, gripper) in [(0.12, Some(Gripper::Open(0.06))), (0.020, Some(Gripper::Close(20.0))), (0.12, None)] {
+    for (z, gripper) in
+        [(0.12, Some(GripperCommand::Open(0.06))), (0.020, Some(GripperCommand::Close(20.0))), (0.12, None)]
+    {
         let end = keyframe(&mut world, &lid, Pose::translation(0.0, 0.0, z), gripper, 0.0, quiet);
         assert_eq!(end, MotionEnd::Reached);
     }
@@ -48,7 +50,7 @@ fn the_lid_comes_off_at_its_knob() {
     assert!((stayed.translation.vector - pitcher.translation.vector).norm() < 0.01, "the pitcher came along");
 
     let mat = world.pose("mat").unwrap();
-    for (z, gripper) in [(0.17, None), (0.033, Some(Gripper::Open(0.06))), (0.16, None)] {
+    for (z, gripper) in [(0.17, None), (0.033, Some(GripperCommand::Open(0.06))), (0.16, None)] {
         keyframe(&mut world, &mat, Pose::translation(0.0, 0.20, z), gripper, 0.0, quiet);
     }
     assert!(world.touching("lid", "table") && !world.touching("lid", "hand"));

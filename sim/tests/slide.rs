@@ -3,7 +3,7 @@
 mod common;
 
 use common::{bits, block, pitched, standing};
-use situ_sim::{Gripper, Guard, MotionEnd, Pose, SimError, Slide, Snapshot, World};
+use situ_sim::{GripperCommand, Guard, MotionEnd, Pose, SimError, Slide, Snapshot, World};
 
 const TRAVEL: f64 = 0.15;
 
@@ -29,7 +29,7 @@ fn pull(world: &mut World, force: f64, way: f64) -> (MotionEnd, f64) {
     let frame = world.pose("fin").unwrap();
     world.place_gripper(frame * Pose::translation(0.0, 0.0, 0.1), 0.05);
     world.move_hand(frame, &mut |_| {});
-    world.command(Gripper::Close(force));
+    world.command(GripperCommand::Close(force));
     world.hold(0.5, &mut |_| {});
     let mut hardest: f64 = 0.0;
     let end = world.move_hand(frame * Pose::translation(-way, 0.0, 0.0), &mut |world| {
@@ -65,7 +65,7 @@ fn a_slide_keeps_its_axis_and_its_limits() {
         assert!((value - TRAVEL).abs() < 2e-3, "at the end of its range it is at {value} m");
         assert!(off_axis(&world).0 < 1e-3);
         // It stays where it is let go: no creep.
-        world.command(Gripper::Open(0.06));
+        world.command(GripperCommand::Open(0.06));
         world.hold(0.5, &mut |_| {});
         let before = world.slide_value("fin").unwrap();
         world.settle(5.0);
@@ -113,7 +113,7 @@ fn a_slide_that_is_pushed_goes_on_from_a_snapshot_bit_for_bit() {
         [World::restore(&snapshot), World::restore(&serde_json::from_str::<Snapshot>(&text).unwrap()), world.clone()];
     let go_on = |world: &mut World| {
         let end = world.move_hand(world.tcp() * pitched(-0.05, 0.0, 0.0), &mut |_| {});
-        world.command(Gripper::Open(0.06));
+        world.command(GripperCommand::Open(0.06));
         world.push("case", [0.0, 0.05, 0.0], 0.4).unwrap();
         world.settle(0.6);
         (end, world.slide_value("fin").map(f64::to_bits), bits(world))

@@ -7,7 +7,7 @@
 mod common;
 
 use common::{bits, close_pitcher, grasp, lip, pouring, standing, tilt};
-use situ_sim::{Beads, Gripper, Snapshot, World};
+use situ_sim::{Beads, GripperCommand, Snapshot, World};
 
 fn held() -> World {
     let quiet = &mut |_: &World| {};
@@ -24,7 +24,7 @@ fn go_on(world: &mut World) -> Vec<Vec<u64>> {
     let record = &mut |world: &World| film.push(bits(world));
     tilt(world, record);
     world.push("bowl", [0.05, 0.02, 0.0], 0.3).unwrap();
-    world.command(Gripper::Open(0.08));
+    world.command(GripperCommand::Open(0.08));
     world.hold(0.7, record);
     film
 }

@@ -19,18 +19,18 @@ pub fn observe(episode: &Episode) -> State {
 }
 
 /// A gripper command as the learner sees it.
-pub fn observed_gripper(command: situ_tasks::Gripper) -> Gripper {
+pub fn observed_gripper(command: situ_tasks::GripperCommand) -> Gripper {
     match command {
-        situ_tasks::Gripper::Open(metres) => Gripper::Open(metres),
-        situ_tasks::Gripper::Close(newtons) => Gripper::Close(newtons),
+        situ_tasks::GripperCommand::Open(metres) => Gripper::Open(metres),
+        situ_tasks::GripperCommand::Close(newtons) => Gripper::Close(newtons),
     }
 }
 
 /// A learned gripper command for the hand; `stroke` is the hand's greatest opening, metres.
-pub fn gripper_command(gripper: Gripper, stroke: f64) -> situ_tasks::Gripper {
+pub fn gripper_command(gripper: Gripper, stroke: f64) -> situ_tasks::GripperCommand {
     match gripper {
-        Gripper::Opening(fraction) => situ_tasks::Gripper::Open(fraction.clamp(0.0, 1.0) * stroke),
-        Gripper::Open(metres) => situ_tasks::Gripper::Open(metres),
-        Gripper::Close(newtons) => situ_tasks::Gripper::Close(newtons),
+        Gripper::Opening(fraction) => situ_tasks::GripperCommand::Open(fraction.clamp(0.0, 1.0) * stroke),
+        Gripper::Open(metres) => situ_tasks::GripperCommand::Open(metres),
+        Gripper::Close(newtons) => situ_tasks::GripperCommand::Close(newtons),
     }
 }

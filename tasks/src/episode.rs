@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use situ_sim::{Gripper, MAX_OPENING, MotionEnd, Pose, Snapshot, TABLE, World};
+use situ_sim::{GripperCommand, MAX_OPENING, MotionEnd, Pose, Snapshot, TABLE, World};
 
 use crate::error::TaskError;
 use crate::event::Happening;
@@ -84,7 +84,7 @@ impl Episode {
     pub fn perform(
         &mut self,
         target: &Pose,
-        gripper: Option<Gripper>,
+        gripper: Option<GripperCommand>,
         hold: f64,
         observer: &mut dyn FnMut(&World),
     ) -> MotionEnd {
@@ -143,7 +143,7 @@ impl Episode {
                 }
                 Happening::Drop { .. } => {
                     let command = self.world.gripper();
-                    self.world.command(Gripper::Open(MAX_OPENING));
+                    self.world.command(GripperCommand::Open(MAX_OPENING));
                     self.world.settle(event.seconds);
                     self.world.command(command);
                     self.world.settle(GRIP_SECONDS);

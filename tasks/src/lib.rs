@@ -77,4 +77,4 @@ pub use task::Task;
 pub use trial::{Attempt, Trial, trial};
 
 /// The words of the physics that the users of an episode need. So they need not know the physics itself.
-pub use situ_sim::{Gripper, MotionEnd, Pose, World};
+pub use situ_sim::{GripperCommand, MotionEnd, Pose, World};

@@ -1,6 +1,6 @@
 //! Skills: what a competent teacher does, as keyframes relative to an object.
 
-use situ_sim::{Gripper, Pose};
+use situ_sim::{GripperCommand, Pose};
 
 use crate::predicate::Predicate;
 
@@ -27,7 +27,7 @@ pub struct KeyframeCommand {
     /// Pose of the TCP relative to the reference object's frozen frame: metres, z up, the gripper's closing axis is y.
     pub pose: Pose,
     /// The gripper's command on arrival. None keeps the last one.
-    pub gripper: Option<Gripper>,
+    pub gripper: Option<GripperCommand>,
     /// How long to wait afterwards, in seconds.
     pub hold: f64,
     /// Whether the hand touches something here, so that an error in the pose matters most.

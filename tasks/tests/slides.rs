@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use situ_sim::{Gripper, Pose};
+use situ_sim::{GripperCommand, Pose};
 use situ_tasks::{Episode, PRESSED_PART, Predicate, Registry, Setting};
 
 fn start(task: &str, variation: Option<&str>, seed: u64) -> Episode {
@@ -16,7 +16,7 @@ fn start(task: &str, variation: Option<&str>, seed: u64) -> Episode {
 }
 
 /// Moves to a place in a frame.
-fn go(episode: &mut Episode, frame: &Pose, [x, y, z]: [f64; 3], gripper: Option<Gripper>) {
+fn go(episode: &mut Episode, frame: &Pose, [x, y, z]: [f64; 3], gripper: Option<GripperCommand>) {
     episode.perform(&(frame * Pose::translation(x, y, z)), gripper, 0.0, &mut |_| {});
 }
 
@@ -59,15 +59,15 @@ fn open() {
             // The fin is taken once; then the hand pulls and pushes, and the drawer is as far open as the hand has
             // gone.
             let frame = episode.reference_pose("drawer").expect("there");
-            go(&mut episode, &frame, [-0.14, 0.0, 0.17], Some(Gripper::Open(0.06)));
-            go(&mut episode, &frame, [-0.14, 0.0, 0.06], Some(Gripper::Close(20.0)));
+            go(&mut episode, &frame, [-0.14, 0.0, 0.17], Some(GripperCommand::Open(0.06)));
+            go(&mut episode, &frame, [-0.14, 0.0, 0.06], Some(GripperCommand::Close(20.0)));
             for opening in [0.05, 0.096, 0.104, 0.16, 0.103, 0.097, 0.04, 0.105] {
                 go(&mut episode, &frame, [-0.14 - (opening - began), 0.0, 0.06], None);
                 confusion.count(episode.holds(&is_open), opening >= 0.1);
             }
             // Let go, it stays as it is.
             let hand = episode.world().tcp();
-            episode.perform(&hand, Some(Gripper::Open(0.06)), 1.0, &mut |_| {});
+            episode.perform(&hand, Some(GripperCommand::Open(0.06)), 1.0, &mut |_| {});
             confusion.count(episode.holds(&is_open), true);
         }
     }
@@ -92,7 +92,7 @@ fn pressed() {
                 let frame = episode.reference_pose(housing).expect("there");
                 confusion.count(episode.holds(&is_pressed), false);
                 // The fingers touch the cap with the TCP at x = -0.165.
-                go(&mut episode, &frame, [-0.22, 0.0, z], Some(Gripper::Close(10.0)));
+                go(&mut episode, &frame, [-0.22, 0.0, z], Some(GripperCommand::Close(10.0)));
                 let mut deepest: f64 = 0.0;
                 for way in [0.0, 0.006, 0.0135, 0.0165, 0.0135, 0.0165, 0.027, 0.0165, 0.0135] {
                     go(&mut episode, &frame, [-0.165 + way, 0.0, z], None);
@@ -115,22 +115,27 @@ fn a_finger_that_rebounds_presses_no_longer() {
     let mut episode = start("press", None, 0);
     let frame = episode.reference_pose("green").expect("there");
     for (x, gripper) in [
-        (-0.22, Some(Gripper::Close(10.0))),
+        (-0.22, Some(GripperCommand::Close(10.0))),
         (-0.145, None),
         (-0.22, None),
-        (-0.22, Some(Gripper::Open(0.06))),
+        (-0.22, Some(GripperCommand::Open(0.06))),
         (-0.138, None),
     ] {
         go(&mut episode, &frame, [x, 0.0, 0.09], gripper);
     }
     let mut rebounds = 0;
     let mut pressed = false;
-    episode.perform(&(frame * Pose::translation(-0.138, 0.0, 0.09)), Some(Gripper::Close(5.0)), 0.0, &mut |world| {
-        let apart = !world.touching("hand", "green_cap");
-        rebounds += usize::from(pressed && apart);
-        pressed = world.grip_force("green_cap").iter().any(|&force| force > 0.0);
-        assert!(!(apart && pressed), "a finger in the air presses with {:?} N", world.grip_force("green_cap"));
-        assert!(world.hand_force() < 20.0, "the hand feels {} N", world.hand_force());
-    });
+    episode.perform(
+        &(frame * Pose::translation(-0.138, 0.0, 0.09)),
+        Some(GripperCommand::Close(5.0)),
+        0.0,
+        &mut |world| {
+            let apart = !world.touching("hand", "green_cap");
+            rebounds += usize::from(pressed && apart);
+            pressed = world.grip_force("green_cap").iter().any(|&force| force > 0.0);
+            assert!(!(apart && pressed), "a finger in the air presses with {:?} N", world.grip_force("green_cap"));
+            assert!(world.hand_force() < 20.0, "the hand feels {} N", world.hand_force());
+        },
+    );
     assert!(rebounds >= 3, "only {rebounds} rebounds: the test has nothing to say");
 }

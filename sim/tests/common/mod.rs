@@ -2,7 +2,8 @@
 #![allow(dead_code)] // each test file uses its own part
 
 use situ_sim::{
-    Beads, Block, Cup, Gripper, Handle, Lid, Magnet, Mat, MotionEnd, Object, Pose, World, pose_at, rotation_about,
+    Beads, Block, Cup, GripperCommand, Handle, Lid, Magnet, Mat, MotionEnd, Object, Pose, World, pose_at,
+    rotation_about,
 };
 
 /// Seconds that a gripper command takes.
@@ -87,7 +88,7 @@ pub(crate) fn keyframe(
     world: &mut World,
     frame: &Pose,
     tcp: Pose,
-    gripper: Option<Gripper>,
+    gripper: Option<GripperCommand>,
     wait: f64,
     observer: &mut dyn FnMut(&World),
 ) -> MotionEnd {
@@ -103,7 +104,9 @@ pub(crate) fn keyframe(
 /// Takes the pitcher by its handle and lifts it.
 pub(crate) fn grasp(world: &mut World, observer: &mut dyn FnMut(&World)) {
     let frame = world.pose("pitcher").unwrap();
-    for (z, gripper) in [(0.17, Some(Gripper::Open(0.06))), (0.06, Some(Gripper::Close(30.0))), (0.22, None)] {
+    for (z, gripper) in
+        [(0.17, Some(GripperCommand::Open(0.06))), (0.06, Some(GripperCommand::Close(30.0))), (0.22, None)]
+    {
         keyframe(world, &frame, pitched(-0.08, z, 0.0), gripper, 0.0, observer);
     }
 }
@@ -129,7 +132,7 @@ pub(crate) fn put_back(world: &mut World, observer: &mut dyn FnMut(&World)) {
         keyframe(world, &bowl, lip(x, z, pitch), None, 0.0, observer);
     }
     let mat = world.pose("mat").unwrap();
-    for (z, gripper) in [(0.22, None), (0.062, Some(Gripper::Open(0.06))), (0.20, None)] {
+    for (z, gripper) in [(0.22, None), (0.062, Some(GripperCommand::Open(0.06))), (0.20, None)] {
         keyframe(world, &mat, pitched(-0.08, z, 0.0), gripper, 0.0, observer);
     }
 }

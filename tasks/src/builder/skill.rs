@@ -1,6 +1,6 @@
 //! What a competent teacher does: `[[skill]]`.
 
-use situ_sim::{Gripper, MAX_SQUEEZE, pose_at, rotation_about};
+use situ_sim::{GripperCommand, MAX_SQUEEZE, pose_at, rotation_about};
 
 use super::check::Builder;
 use super::layers::Located;
@@ -49,7 +49,7 @@ impl Builder<'_> {
             }
             (Some(width), None) => {
                 self.check_opening(&key.field("open"), width)?;
-                Some(Gripper::Open(width))
+                Some(GripperCommand::Open(width))
             }
             (None, Some(force)) => {
                 if !(force > 0.0 && force <= MAX_SQUEEZE) {
@@ -57,7 +57,7 @@ impl Builder<'_> {
                         format!("{force}: expected a force of more than 0 and at most {MAX_SQUEEZE} newtons");
                     return self.wrong(&key.field("close"), expected);
                 }
-                Some(Gripper::Close(force))
+                Some(GripperCommand::Close(force))
             }
             (None, None) => None,
         };

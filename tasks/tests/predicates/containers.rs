@@ -11,7 +11,7 @@
 //! `filled` is made by pouring some of the beads. With n beads in the container, the condition asks for half a bead
 //! less or half a bead more.
 
-use situ_sim::{Gripper, Pose, pose_at, rotation_about};
+use situ_sim::{GripperCommand, Pose, pose_at, rotation_about};
 
 use crate::confusion::Labels;
 use crate::scene::{FIRM, GRASP, HALF_OPEN, SEEDS, Scene};
@@ -69,7 +69,7 @@ fn walls_carry(scene: &Scene, a: &str, b: &str) -> bool {
 /// Puts a block down at a place in a frame from above, and goes away upwards.
 fn let_down(scene: &mut Scene, frame: &Pose, [x, y]: [f64; 2], height: f64) {
     scene.go_in(frame, [x, y, height + 0.08], None);
-    scene.go_in(frame, [x, y, height], Some(Gripper::Open(0.065)));
+    scene.go_in(frame, [x, y, height], Some(GripperCommand::Open(0.065)));
     scene.shift([0.0, 0.0, 0.10]);
 }
 
@@ -87,7 +87,7 @@ fn bin(labels: &mut Labels, seed: u64) {
         labels.near_miss(&scene, "inside(red_1, red_bin)", "held, its middle 3 mm above the rim", red(&scene));
         scene.go_in(&frame, [0.0, 0.0, rim + GRASP - 0.003], None);
         labels.truly(&scene, "inside(red_1, red_bin)", "held, its middle 3 mm below the rim", red(&scene));
-        scene.grip(Gripper::Open(0.065));
+        scene.grip(GripperCommand::Open(0.065));
         scene.shift([0.0, 0.0, 0.10]);
         labels.truly(&scene, "inside(red_1, red_bin)", "let fall into it", red(&scene) && carried(&scene));
         let other = room.has(scene.place_in("red_1", "blue_bin")) || walls_carry(&scene, "red_1", "blue_bin");
@@ -147,7 +147,7 @@ fn drawer(labels: &mut Labels, seed: u64) {
     let is_in = |scene: &Scene| DRAWER.has(scene.place_in("block", "drawer"));
     let frame = scene.frame("drawer");
     scene.go_in(&frame, [-0.13, 0.0, 0.17], Some(HALF_OPEN));
-    scene.go_in(&frame, [-0.13, 0.0, 0.06], Some(Gripper::Close(10.0)));
+    scene.go_in(&frame, [-0.13, 0.0, 0.06], Some(GripperCommand::Close(10.0)));
     scene.go_in(&frame, [-0.29, 0.0, 0.06], Some(HALF_OPEN));
     scene.go_in(&frame, [-0.29, 0.0, 0.17], None);
     scene.pick("block");
@@ -155,7 +155,7 @@ fn drawer(labels: &mut Labels, seed: u64) {
     scene.go("drawer", [-0.035, 0.0, 0.20], None);
     scene.go("drawer", [-0.035, 0.0, 0.05 + GRASP + 0.002], None);
     labels.near_miss(&scene, "inside(block, drawer)", "held, its middle 2 mm above the rim", is_in(&scene));
-    scene.go("drawer", [-0.035, 0.0, 0.042], Some(Gripper::Open(0.065)));
+    scene.go("drawer", [-0.035, 0.0, 0.042], Some(GripperCommand::Open(0.065)));
     scene.shift([0.0, 0.0, 0.15]);
     labels.truly(&scene, "inside(block, drawer)", "put into it", is_in(&scene));
     scene.pick("block");
@@ -176,7 +176,7 @@ fn bowl(labels: &mut Labels) {
     let [x, y, z] = scene.place_in("lid", "pitcher");
     labels.near_miss(&scene, "inside(lid, pitcher)", "on it, its plug inside", PITCHER.has([x, y, z + 0.002]));
     scene.go("lid", [0.0, 0.0, 0.12], Some(HALF_OPEN));
-    scene.go("lid", [0.0, 0.0, 0.020], Some(Gripper::Close(20.0)));
+    scene.go("lid", [0.0, 0.0, 0.020], Some(GripperCommand::Close(20.0)));
     scene.go("lid", [0.0, 0.0, 0.12], None);
     scene.go("bowl", [0.0, 0.0, 0.09], None);
     labels.near_miss(&scene, "inside(lid, bowl)", "held over it", is_in(&scene));

@@ -8,7 +8,7 @@
 //! `upright` is made by turning the hand with the thing in it by a known angle, to either side of the limit, or by
 //! letting the thing fall over. The oracle is the slope of the z axis, from its height and its length in the plane.
 
-use situ_sim::{Gripper, pose_at, rotation_about};
+use situ_sim::{GripperCommand, pose_at, rotation_about};
 
 use crate::confusion::Labels;
 use crate::scene::{ABOVE, FIRM, GRASP, HALF_OPEN, SEEDS, Scene, WIDE, length, minus};
@@ -43,18 +43,18 @@ fn cube(labels: &mut Labels, seed: u64, block: &str) {
     scene.shift([0.0, 0.0, -0.0085]);
     labels.near_miss(&scene, &held, "pressed on from above with closed fingers", rises(&scene));
     scene.shift([0.0, 0.0, 0.05]);
-    scene.grip(Gripper::Open(0.02));
+    scene.grip(GripperCommand::Open(0.02));
     scene.shift([0.0, 0.0, -0.05]);
     labels.near_miss(&scene, &held, "pressed on from above with parted fingers", rises(&scene));
     scene.shift([0.0, 0.0, 0.05]);
     scene.grip(WIDE);
     scene.go(block, [0.0, 0.0, GRASP], None);
     labels.near_miss(&scene, &held, "fingers round it, open", rises(&scene));
-    scene.grip(Gripper::Open(0.042));
+    scene.grip(GripperCommand::Open(0.042));
     labels.near_miss(&scene, &held, "fingers round it, 1 mm away on either side", rises(&scene));
-    scene.grip(Gripper::Close(0.3));
+    scene.grip(GripperCommand::Close(0.3));
     labels.near_miss(&scene, &held, "squeezed with less than would lift it", rises(&scene));
-    scene.grip(Gripper::Close(3.0));
+    scene.grip(GripperCommand::Close(3.0));
     labels.truly(&scene, &held, "squeezed with little, on the table", rises(&scene));
     scene.grip(FIRM);
     labels.truly(&scene, &held, "squeezed, on the table", rises(&scene));
@@ -99,12 +99,12 @@ fn tower(labels: &mut Labels, seed: u64) {
     scene.grip(WIDE);
     labels.dropped_later(&scene, "held(base)", "let go", scene.rises_with_the_hand("base"));
     scene.go("extra", [0.0, 0.0, 0.12], Some(HALF_OPEN));
-    scene.go("extra", [0.0, 0.0, 0.004], Some(Gripper::Close(20.0)));
+    scene.go("extra", [0.0, 0.0, 0.004], Some(GripperCommand::Close(20.0)));
     labels.truly(&scene, "held(extra)", "taken off the base", scene.rises_with_the_hand("extra"));
     labels.near_miss(&scene, "held(base)", "the one on it is held", scene.rises_with_the_hand("base"));
     scene.grip(HALF_OPEN);
     scene.go("extra", [0.0, 0.0, 0.0], None);
-    scene.go("extra", [0.0, 0.0, -0.0035], Some(Gripper::Close(20.0)));
+    scene.go("extra", [0.0, 0.0, -0.0035], Some(GripperCommand::Close(20.0)));
     labels.near_miss(
         &scene,
         "held(base)",
@@ -120,12 +120,12 @@ fn fin(labels: &mut Labels, seed: u64) {
     let outwards: [f64; 3] = (frame.rotation * nalgebra::Vector3::new(-0.03, 0.0, 0.0)).into();
     let follows = |scene: &Scene| scene.follows("drawer", outwards);
     scene.go_in(&frame, [-0.14, 0.0, 0.17], Some(HALF_OPEN));
-    scene.go_in(&frame, [-0.14, 0.0, 0.09], Some(Gripper::Close(20.0)));
+    scene.go_in(&frame, [-0.14, 0.0, 0.09], Some(GripperCommand::Close(20.0)));
     labels.near_miss(&scene, "held(drawer)", "closed on air above the fin", follows(&scene));
     scene.grip(HALF_OPEN);
-    scene.go_in(&frame, [-0.14, 0.0, 0.06], Some(Gripper::Open(0.016)));
+    scene.go_in(&frame, [-0.14, 0.0, 0.06], Some(GripperCommand::Open(0.016)));
     labels.near_miss(&scene, "held(drawer)", "fingers round the fin, 2 mm away on either side", follows(&scene));
-    scene.grip(Gripper::Close(20.0));
+    scene.grip(GripperCommand::Close(20.0));
     labels.truly(&scene, "held(drawer)", "taken by its fin", follows(&scene));
     scene.go_in(&frame, [-0.20, 0.0, 0.06], None);
     labels.truly(&scene, "held(drawer)", "pulled by its fin", follows(&scene));
@@ -135,7 +135,7 @@ fn fin(labels: &mut Labels, seed: u64) {
     // drags the drawer along by friction, so the oracle here is the gap: the fin is 12 mm thick, and a grasp closes on
     // it.
     scene.shift((frame.rotation * nalgebra::Vector3::new(0.0, 0.004, 0.0)).into());
-    scene.grip(Gripper::Close(20.0));
+    scene.grip(GripperCommand::Close(20.0));
     let is_closed_on_it = scene.world().opening() < 0.013;
     labels.near_miss(&scene, "held(drawer)", "one finger presses on the fin", is_closed_on_it);
 }
@@ -145,7 +145,7 @@ fn button(labels: &mut Labels, seed: u64) {
     let mut scene = Scene::start("press", None, seed);
     let frame = scene.frame("green");
     let back: [f64; 3] = (frame.rotation * nalgebra::Vector3::new(-0.01, 0.0, 0.0)).into();
-    scene.go_in(&frame, [-0.20, 0.0, 0.09], Some(Gripper::Close(10.0)));
+    scene.go_in(&frame, [-0.20, 0.0, 0.09], Some(GripperCommand::Close(10.0)));
     scene.go_in(&frame, [-0.135, 0.0, 0.09], None);
     labels.near_miss(&scene, "held(green_cap)", "pushed with closed fingers", scene.follows("green_cap", back));
 }
@@ -155,14 +155,14 @@ fn pitcher(labels: &mut Labels) {
     let mut scene = Scene::start("pour", Some("lid"), SEEDS[0]);
     let rises = |scene: &Scene, object: &str| scene.rises_with_the_hand(object);
     scene.go("lid", [0.0, 0.0, 0.12], Some(HALF_OPEN));
-    scene.go("lid", [0.0, 0.0, 0.020], Some(Gripper::Close(20.0)));
+    scene.go("lid", [0.0, 0.0, 0.020], Some(GripperCommand::Close(20.0)));
     labels.truly(&scene, "held(lid)", "taken by its knob against its magnet", rises(&scene, "lid"));
     labels.near_miss(&scene, "held(pitcher)", "its lid is held", rises(&scene, "pitcher"));
     scene.grip(HALF_OPEN);
     labels.dropped_later(&scene, "held(lid)", "the knob was let go", rises(&scene, "lid"));
     scene.go("lid", [0.0, 0.0, 0.12], None);
     scene.go("pitcher", [-0.08, 0.0, 0.17], None);
-    scene.go("pitcher", [-0.08, 0.0, 0.06], Some(Gripper::Open(0.02)));
+    scene.go("pitcher", [-0.08, 0.0, 0.06], Some(GripperCommand::Open(0.02)));
     labels.near_miss(&scene, "held(pitcher)", "fingers round the handle, open", rises(&scene, "pitcher"));
     scene.grip(FIRM);
     labels.truly(&scene, "held(pitcher)", "taken by its handle", rises(&scene, "pitcher"));
@@ -242,7 +242,7 @@ fn fallen(labels: &mut Labels, scene: &mut Scene, object: &str) {
 fn toppled(labels: &mut Labels, seed: u64) {
     let mut scene = Scene::start("drawer", Some("pin"), seed);
     scene.go("pin", [0.0, 0.0, 0.14], Some(HALF_OPEN));
-    scene.go("pin", [0.0, 0.0, 0.045], Some(Gripper::Close(20.0)));
+    scene.go("pin", [0.0, 0.0, 0.045], Some(GripperCommand::Close(20.0)));
     scene.go("pin", [0.0, 0.0, 0.20], None);
     scene.go("side", [0.0, 0.0, 0.22], None);
     scene.go("side", [0.0, 0.0, 0.106], Some(HALF_OPEN));

@@ -12,7 +12,7 @@
 //! place, sliding through it. The oracle is the distance in the plane, the way in the next steps, and whether the thing
 //! rises with the hand in a copy.
 
-use situ_sim::{Gripper, Pose, World};
+use situ_sim::{GripperCommand, Pose, World};
 
 use crate::confusion::Labels;
 use crate::scene::{FIRM, GRASP, HALF_OPEN, SEEDS, Scene, TIPS, WIDE, length, minus, push};
@@ -151,11 +151,11 @@ fn cover(labels: &mut Labels, seed: u64) {
     scene.pick("red_1");
     labels.dropped_later(&scene, "on(red_1, cover)", "lifted off again", bears(&scene, "red_1", "cover"));
     scene.go("blue_bin", [0.0, 0.0, 0.17], None);
-    scene.go("blue_bin", [0.0, 0.0, 0.10], Some(Gripper::Open(0.065)));
+    scene.go("blue_bin", [0.0, 0.0, 0.10], Some(GripperCommand::Open(0.065)));
     scene.shift([0.0, 0.0, 0.10]);
     labels.near_miss(&scene, "on(red_1, blue_bin)", "let fall into it", is_above(&scene, "red_1", RIM));
     scene.go("cover", [0.0, 0.0, 0.12], Some(HALF_OPEN));
-    scene.go("cover", [0.0, 0.0, 0.022], Some(Gripper::Close(20.0)));
+    scene.go("cover", [0.0, 0.0, 0.022], Some(GripperCommand::Close(20.0)));
     scene.shift([0.0, 0.0, 0.005]);
     labels.dropped_later(&scene, "on(cover, red_bin)", "lifted by 5 mm", bears(&scene, "cover", "red_bin"));
     scene.shift([0.0, 0.0, 0.10]);
@@ -170,13 +170,13 @@ fn tray(labels: &mut Labels) {
         let mut scene = Scene::start("drawer", Some("full_front"), seed);
         let frame = scene.frame("drawer");
         scene.go_in(&frame, [-0.13, 0.0, 0.17], Some(HALF_OPEN));
-        scene.go_in(&frame, [-0.13, 0.0, 0.06], Some(Gripper::Close(10.0)));
+        scene.go_in(&frame, [-0.13, 0.0, 0.06], Some(GripperCommand::Close(10.0)));
         scene.go_in(&frame, [-0.31, 0.0, 0.06], Some(HALF_OPEN));
         scene.go_in(&frame, [-0.31, 0.0, 0.17], None);
         scene.pick("block");
         scene.shift([0.0, 0.0, 0.10]);
         scene.go("drawer", [-0.035, 0.0, 0.20], None);
-        scene.go("drawer", [-0.035, 0.0, 0.10], Some(Gripper::Open(0.065)));
+        scene.go("drawer", [-0.035, 0.0, 0.10], Some(GripperCommand::Open(0.065)));
         scene.shift([0.0, 0.0, 0.10]);
         labels.truly(&scene, "on(block, tray)", "put down on it", bears(&scene, "block", "tray"));
         // The drawer's rim is 5 cm above its base.
@@ -190,7 +190,7 @@ fn lid(labels: &mut Labels) {
     let mut scene = Scene::start("pour", Some("lid"), SEEDS[0]);
     labels.truly(&scene, "on(lid, pitcher)", "laid on it", bears(&scene, "lid", "pitcher"));
     scene.go("lid", [0.0, 0.0, 0.12], Some(HALF_OPEN));
-    scene.go("lid", [0.0, 0.0, 0.020], Some(Gripper::Close(20.0)));
+    scene.go("lid", [0.0, 0.0, 0.020], Some(GripperCommand::Close(20.0)));
     scene.shift([0.0, 0.0, 0.02]);
     labels.dropped_later(&scene, "on(lid, pitcher)", "lifted by 2 cm", bears(&scene, "lid", "pitcher"));
 }
@@ -363,7 +363,7 @@ fn socket(labels: &mut Labels, seed: u64) {
         let lies = |scene: &Scene| lies_at(scene, object, "socket", 0.01);
         labels.truly(&scene, &at, "stands in its socket", lies(&scene));
         scene.go(object, [0.0, 0.0, above], Some(HALF_OPEN));
-        scene.go(object, [0.0, 0.0, grasp], Some(Gripper::Close(20.0)));
+        scene.go(object, [0.0, 0.0, grasp], Some(GripperCommand::Close(20.0)));
         scene.shift([0.0, 0.0, 0.01]);
         labels.dropped_later(&scene, &at, "lifted by 1 cm in its socket", lies(&scene));
         scene.shift([0.0, 0.0, 0.12]);

@@ -6,17 +6,17 @@
 
 use std::sync::Arc;
 
-use situ_sim::{DT, Gripper, Pose, World, pose_at, rotation_about};
+use situ_sim::{DT, GripperCommand, Pose, World, pose_at, rotation_about};
 use situ_tasks::{Episode, Predicate, Registry, Setting, Skill};
 
 /// Start seeds of the scenes.
 pub(crate) const SEEDS: [u64; 3] = [0, 1, 2];
 /// As wide as the hand opens.
-pub(crate) const WIDE: Gripper = Gripper::Open(0.08);
+pub(crate) const WIDE: GripperCommand = GripperCommand::Open(0.08);
 /// Wide enough for a bar or a knob.
-pub(crate) const HALF_OPEN: Gripper = Gripper::Open(0.06);
+pub(crate) const HALF_OPEN: GripperCommand = GripperCommand::Open(0.06);
 /// A firm grasp.
-pub(crate) const FIRM: Gripper = Gripper::Close(30.0);
+pub(crate) const FIRM: GripperCommand = GripperCommand::Close(30.0);
 /// Where the teacher's open hand goes before it takes a block, metres over its origin.
 pub(crate) const ABOVE: f64 = 0.13;
 /// How far the tips of the fingers are below the TCP, metres.
@@ -66,18 +66,18 @@ impl Scene {
     }
 
     /// Moves the hand to a pose of the world.
-    pub(crate) fn move_to(&mut self, target: &Pose, gripper: Option<Gripper>) {
+    pub(crate) fn move_to(&mut self, target: &Pose, gripper: Option<GripperCommand>) {
         assert!(self.after.is_none(), "the hand does not move after somebody else has acted");
         self.episode.perform(target, gripper, 0.0, &mut |_| {});
     }
 
     /// Moves the hand, pointing down, to a place in a frame.
-    pub(crate) fn go_in(&mut self, frame: &Pose, at: [f64; 3], gripper: Option<Gripper>) {
+    pub(crate) fn go_in(&mut self, frame: &Pose, at: [f64; 3], gripper: Option<GripperCommand>) {
         self.move_to(&(frame * pose_at(at, Default::default())), gripper);
     }
 
     /// Moves the hand, pointing down, to a place in the level frame of an object as it is now.
-    pub(crate) fn go(&mut self, object: &str, at: [f64; 3], gripper: Option<Gripper>) {
+    pub(crate) fn go(&mut self, object: &str, at: [f64; 3], gripper: Option<GripperCommand>) {
         let frame = self.frame(object);
         self.go_in(&frame, at, gripper);
     }
@@ -95,7 +95,7 @@ impl Scene {
     }
 
     /// Commands the gripper where it is.
-    pub(crate) fn grip(&mut self, gripper: Gripper) {
+    pub(crate) fn grip(&mut self, gripper: GripperCommand) {
         let here = self.world().tcp();
         self.move_to(&here, Some(gripper));
     }

@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use situ_sim::Gripper;
+use situ_sim::GripperCommand;
 use situ_tasks::Setting;
 
 use crate::confusion::Labels;
@@ -19,7 +19,7 @@ const CAP_AT: f64 = -0.125;
 const CAP_TRAVEL: f64 = 0.03;
 const DRAWER_TRAVEL: f64 = 0.195;
 /// The squeeze at the fin of a drawer.
-const PULL: Gripper = Gripper::Close(20.0);
+const PULL: GripperCommand = GripperCommand::Close(20.0);
 /// Where the closed fingers touch a cap that nobody has pushed: the place of the TCP along x, and its height, in the
 /// frame of the housing, metres.
 const TOUCH: f64 = -0.165;
@@ -113,7 +113,7 @@ fn pushed(labels: &mut Labels, seed: u64, variation: Option<&str>, higher: f64) 
         let pressed = format!("pressed({housing}_cap)");
         let frame = scene.frame(housing);
         let back = -0.22;
-        scene.go_in(&frame, [back, 0.0, height], Some(Gripper::Close(10.0)));
+        scene.go_in(&frame, [back, 0.0, height], Some(GripperCommand::Close(10.0)));
         for (way, how) in
             [(0.0005, "touched"), (0.006, "pushed a little"), (0.0135, "pushed 1.5 mm less than half-way")]
         {
@@ -130,7 +130,7 @@ fn pushed(labels: &mut Labels, seed: u64, variation: Option<&str>, higher: f64) 
         labels.truly(&scene, &pressed, "pushed, and left", is_in(&scene));
         // The cap is taken by its sides and pulled out again.
         scene.grip(HALF_OPEN);
-        scene.go_in(&frame, [TOUCH + 0.033, 0.0, height], Some(Gripper::Close(20.0)));
+        scene.go_in(&frame, [TOUCH + 0.033, 0.0, height], Some(GripperCommand::Close(20.0)));
         scene.go_in(&frame, [TOUCH + 0.009, 0.0, height], Some(HALF_OPEN));
         labels.dropped_later(&scene, &pressed, "pulled out again", is_in(&scene));
         scene.go_in(&frame, [back, 0.0, height], None);
@@ -149,7 +149,7 @@ fn springy(labels: &mut Labels, seed: u64) {
         let is_in = |scene: &Scene| depth(scene, housing) >= 0.5 * CAP_TRAVEL;
         let pressed = format!("pressed({housing}_cap)");
         let frame = scene.frame(housing);
-        scene.go_in(&frame, [-0.22, 0.0, CAP_HEIGHT], Some(Gripper::Close(10.0)));
+        scene.go_in(&frame, [-0.22, 0.0, CAP_HEIGHT], Some(GripperCommand::Close(10.0)));
         scene.go_in(&frame, [TOUCH + 0.0165, 0.0, CAP_HEIGHT], None);
         labels.truly(&scene, &pressed, "on a spring, pushed 1.5 mm more than half-way", is_in(&scene));
         scene.go_in(&frame, [TOUCH + 0.0135, 0.0, CAP_HEIGHT], None);
