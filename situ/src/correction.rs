@@ -11,25 +11,26 @@ use crate::place::{NodeId, Place};
 pub struct Correction<'a> {
     /// `z`: the primitive that ran last to its end; START where none did.
     pub last: Place,
-    /// The primitive that was under way when the robot failed or was stopped, if one was. The listing knows one `z` alone; but a robot
-    /// knows what it was doing, and what failed is the first that a teacher may be showing another way of (decision D18).
+    /// The primitive that was under way when the robot failed or was stopped, if one was. The listing knows `z` alone. But
+    /// a robot knows what it was doing, and a teacher most probably shows another way of doing that (decision D18).
     pub interrupted: Option<NodeId>,
     /// `D`, with the states `S`.
     pub demonstration: &'a Demonstration,
-    /// What somebody tells who knows the task. `oracle_edit` alone listens.
-    pub told: Option<&'a Told>,
+    /// What an oracle adds, for the methods that listen to one.
+    pub oracle: Option<&'a Oracle>,
 }
 
-/// What nobody can see in a demonstration, and an oracle is told.
+/// The ground truth about a changed task that no demonstration shows. Only `oracle_edit` listens to it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Told {
-    /// The skills, by the teacher's names for them, that the changed task wants done in another way and that the robot has not been shown yet.
+pub struct Oracle {
+    /// The skills, by the teacher's names for them, that the changed task wants done in another way and that the robot has
+    /// not been shown yet.
     pub changed: BTreeSet<Arc<str>>,
 }
 
 impl<'a> Correction<'a> {
-    /// A correction between two primitives, of which nothing is told.
+    /// A correction between two primitives, without an oracle.
     pub fn after(last: Place, demonstration: &'a Demonstration) -> Self {
-        Self { last, interrupted: None, demonstration, told: None }
+        Self { last, interrupted: None, demonstration, oracle: None }
     }
 }

@@ -255,11 +255,8 @@ pub struct Segment {
     pub start: State,
     /// At least one keyframe, relative to the reference object.
     pub keyframes: Vec<RelativeKeyframe>,
-    /// What the teacher called it: one name, or several joined by [`SEVERAL`] where skills on one object follow each other. None unless every
-    /// keyframe was named.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub narration: Option<Arc<str>>,
+    /// What the teacher called it: one name, or several in order where skills on one object follow each other. Empty unless
+    /// every keyframe was named.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub narration: Vec<Arc<str>>,
 }
-
-/// Between the names of skills that are one segment.
-pub const SEVERAL: &str = " + ";

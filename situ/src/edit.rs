@@ -5,7 +5,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::graph::{Graph, Node};
+use crate::graph::{Graph, GraphNode};
 use crate::keyframe::frechet::frechet;
 use crate::place::{NodeId, Place};
 
@@ -100,7 +100,8 @@ pub fn difference(before: &Graph, after: &Graph) -> Difference {
     }
     let mut difference = Difference::default();
     for node in &after.nodes {
-        let mut ancestors: Vec<&Node> = node.segments.iter().filter_map(|id| held_before.get(id).copied()).collect();
+        let mut ancestors: Vec<&GraphNode> =
+            node.segments.iter().filter_map(|id| held_before.get(id).copied()).collect();
         ancestors.sort_by_key(|ancestor| ancestor.id);
         ancestors.dedup_by_key(|ancestor| ancestor.id);
         let Some(first) = ancestors.first() else {

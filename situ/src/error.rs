@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::place::{NodeId, Place};
+use crate::place::{NodeId, Place, SegmentId};
 
 /// An error of the learning crate; each variant says where.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -45,7 +45,7 @@ pub enum SituError {
     },
     /// A demonstration that does not say what a method has to be told.
     #[error("demonstration `{demonstration}`: {method} {missing}")]
-    Untold {
+    Silent {
         /// Its name.
         demonstration: String,
         /// The method.
@@ -53,9 +53,20 @@ pub enum SituError {
         /// What it needs.
         missing: &'static str,
     },
+    /// A model of the original task that another kind of method has learned.
+    #[error("{method} cannot take over this model of the original task: expected {expected}")]
+    OtherOriginal {
+        /// The method.
+        method: &'static str,
+        /// The model that it takes over.
+        expected: &'static str,
+    },
     /// A node that the model does not hold.
     #[error("the task model has no node {0}")]
     UnknownNode(NodeId),
+    /// A segment that no node of the model holds.
+    #[error("no node of the task model holds segment {} of demonstration {}", .0.index, .0.demonstration)]
+    UnknownSegment(SegmentId),
     /// A place from which nothing can be executed, used as the last executed primitive.
     #[error("{0} cannot be the last executed primitive: expected START or a node")]
     NotExecutable(Place),

@@ -20,23 +20,27 @@
 //!
 //! The crate knows no physics, no files and no clock, and takes every random number from a seed that its caller names.
 
-pub mod candidates;
 pub mod correction;
 pub mod decisions;
 pub mod demonstration;
 pub mod edit;
 pub mod error;
+pub mod fold;
 pub mod graph;
 pub mod keyframe;
+pub mod matching;
+pub mod mending;
 pub mod method;
 pub mod place;
+pub mod placement;
 pub mod primitive;
 pub mod random;
 #[cfg(test)]
 mod same_bits;
 pub mod segmentation;
-pub mod situ;
+mod situ;
 pub mod structure;
 pub mod task_model;
 pub mod trace;
+pub mod update;
 pub mod vector;

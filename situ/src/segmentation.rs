@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::demonstration::{Demonstration, Keyframe, RelativeKeyframe, SEVERAL, Segment};
+use crate::demonstration::{Demonstration, Keyframe, RelativeKeyframe, Segment};
 
 /// Splits a demonstration wherever the named reference object changes.
 ///
@@ -13,6 +13,11 @@ pub fn by_reference_object(demonstration: &Demonstration) -> Vec<Segment> {
     demonstration.keyframes().chunk_by(|left, right| left.reference == right.reference).map(segment).collect()
 }
 
+/// The number of keyframes of each segment of [`by_reference_object`], in order.
+pub fn lengths(demonstration: &Demonstration) -> Vec<usize> {
+    demonstration.keyframes().chunk_by(|left, right| left.reference == right.reference).map(<[_]>::len).collect()
+}
+
 /// Splits a demonstration wherever the reference object or the teacher's name for what is being done changes.
 pub fn by_narration(demonstration: &Demonstration) -> Vec<Segment> {
     let is_one =
@@ -20,7 +25,7 @@ pub fn by_narration(demonstration: &Demonstration) -> Vec<Segment> {
     demonstration.keyframes().chunk_by(is_one).map(segment).collect()
 }
 
-/// A segment of a run of keyframes about one reference object.
+/// The segment of a run of keyframes about one reference object.
 fn segment(run: &[Keyframe]) -> Segment {
     let frame = run[0].reference_pose.inverse();
     Segment {
@@ -38,8 +43,9 @@ fn segment(run: &[Keyframe]) -> Segment {
     }
 }
 
-fn narration(run: &[Keyframe]) -> Option<Arc<str>> {
-    let mut names = run.iter().map(|keyframe| keyframe.narration.as_deref()).collect::<Option<Vec<&str>>>()?;
+fn narration(run: &[Keyframe]) -> Vec<Arc<str>> {
+    let mut names =
+        run.iter().map(|keyframe| keyframe.narration.clone()).collect::<Option<Vec<_>>>().unwrap_or_default();
     names.dedup();
-    Some(names.join(SEVERAL).into())
+    names
 }

@@ -6,13 +6,12 @@
 //! followed, somewhere in what was shown, by the skill that its second node begins with. What follows what inside a node is an edge, too.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::ops::Range;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::demonstration::{Demonstration, Segment};
-use crate::graph::{Graph, Node};
+use crate::demonstration::Demonstration;
+use crate::graph::{Graph, GraphNode};
 use crate::place::{Place, SegmentId};
 
 /// What two sets have in common.
@@ -59,32 +58,24 @@ enum Label {
     End,
 }
 
-/// A demonstration by its labels.
-#[derive(Clone, Debug)]
-struct Shown {
-    /// One a keyframe.
-    labels: Vec<Arc<str>>,
-    /// The keyframes of each segment.
-    cuts: Vec<Range<usize>>,
-}
-
 /// What the teacher meant by everything that was shown.
 #[derive(Clone, Debug, Default)]
 pub struct Truth {
-    shown: Vec<Shown>,
+    /// The labels of each demonstration, one for each keyframe.
+    shown: Vec<Vec<Arc<str>>>,
     transitions: BTreeSet<(Label, Label)>,
     /// Whether some keyframe has no name: nothing can be scored then.
     is_silent: bool,
 }
 
 impl Truth {
-    /// A demonstration of the whole task, cut into the segments that the model's graph will name.
-    pub fn original(&mut self, demonstration: &Demonstration, segments: &[Segment]) {
-        self.show(demonstration, segments, Some(Label::Start));
+    /// A demonstration of the whole task.
+    pub fn original(&mut self, demonstration: &Demonstration) {
+        self.show(demonstration, Some(Label::Start));
     }
 
     /// A correction after `last` had run, in the model that is corrected.
-    pub fn correction(&mut self, demonstration: &Demonstration, segments: &[Segment], last: Place, corrected: &Graph) {
+    pub fn correction(&mut self, demonstration: &Demonstration, last: Place, corrected: &Graph) {
         let after = match last {
             Place::Start => Some(Label::Start),
             Place::End => None,
@@ -92,28 +83,22 @@ impl Truth {
                 .nodes
                 .iter()
                 .find(|node| node.id == id)
-                .and_then(|node| self.label(node, |labels| labels.last()).map(Label::Skill)),
+                .and_then(|node| self.label(corrected, node, |labels| labels.last()).map(Label::Skill)),
         };
-        self.show(demonstration, segments, after);
+        self.show(demonstration, after);
     }
 
-    fn show(&mut self, demonstration: &Demonstration, segments: &[Segment], after: Option<Label>) {
+    fn show(&mut self, demonstration: &Demonstration, after: Option<Label>) {
         let names = demonstration.keyframes().iter().map(|keyframe| keyframe.narration.clone());
         let labels: Vec<Arc<str>> = names.clone().flatten().collect();
         self.is_silent |= names.len() != labels.len();
-        let mut end = 0;
-        let cuts = segments.iter().map(|segment| {
-            let start = end;
-            end += segment.keyframes.len();
-            start..end
-        });
-        self.shown.push(Shown { cuts: cuts.collect(), labels: labels.clone() });
         let skill = |label: Option<&Arc<str>>| label.cloned().map(Label::Skill);
         self.transitions.extend(after.zip(skill(labels.first())));
         self.transitions.extend(changes(&labels));
         if demonstration.carried_to_end() {
             self.transitions.extend(skill(labels.last()).map(|last| (last, Label::End)));
         }
+        self.shown.push(labels);
     }
 
     /// The score of a model that was shown exactly this; `None` where the teacher did not name everything.
@@ -129,13 +114,13 @@ impl Truth {
         ends.insert(Place::Start, (Label::Start, Label::Start));
         ends.insert(Place::End, (Label::End, Label::End));
         for node in &graph.nodes {
-            let counts = count(self.segments(node).flatten());
+            let counts = count(self.segments(graph, node).flatten());
             pairs.model += in_pairs(counts.values().sum());
             pairs.both += counts.values().map(|count| in_pairs(*count)).sum::<u64>();
             duplicates += most(&counts).map_or(0, |label| u32::from(!known.insert(label)));
-            transitions.extend(self.segments(node).flat_map(changes));
+            transitions.extend(self.segments(graph, node).flat_map(changes));
             if let (Some(first), Some(last)) =
-                (self.label(node, |labels| labels.first()), self.label(node, |labels| labels.last()))
+                (self.label(graph, node, |labels| labels.first()), self.label(graph, node, |labels| labels.last()))
             {
                 ends.insert(Place::Node(node.id), (Label::Skill(first), Label::Skill(last)));
             }
@@ -161,21 +146,25 @@ impl Truth {
     }
 
     fn pairs(&self) -> u64 {
-        count(self.shown.iter().flat_map(|shown| &shown.labels)).values().map(|count| in_pairs(*count)).sum()
+        count(self.shown.iter().flatten()).values().map(|count| in_pairs(*count)).sum()
     }
 
-    /// The labels of each segment that a node holds; a segment that was never shown has none.
-    fn segments<'a>(&'a self, node: &'a Node) -> impl Iterator<Item = &'a [Arc<str>]> {
+    /// The labels of each segment that a node holds. A segment that was never shown has none.
+    fn segments<'a>(&'a self, graph: &'a Graph, node: &'a GraphNode) -> impl Iterator<Item = &'a [Arc<str>]> {
         node.segments.iter().map(|id: &SegmentId| {
-            let shown = self.shown.get(id.demonstration as usize);
-            let labels = shown.and_then(|shown| shown.labels.get(shown.cuts.get(id.index as usize)?.clone()));
+            let (demonstration, index) = (id.demonstration as usize, id.index as usize);
+            let lengths = graph.lengths.get(demonstration).and_then(|lengths| lengths.get(..=index));
+            let labels = self.shown.get(demonstration).zip(lengths).and_then(|(labels, lengths)| {
+                let end: usize = lengths.iter().sum();
+                labels.get(end - lengths[index]..end)
+            });
             labels.unwrap_or(&[])
         })
     }
 
-    /// The label that most of a node's segments have at this place, the first by name of equals.
-    fn label(&self, node: &Node, place: fn(&[Arc<str>]) -> Option<&Arc<str>>) -> Option<Arc<str>> {
-        most(&count(self.segments(node).filter_map(place))).cloned()
+    /// The label that most of a node's segments have at this place; where several are equal, the first by name.
+    fn label(&self, graph: &Graph, node: &GraphNode, place: fn(&[Arc<str>]) -> Option<&Arc<str>>) -> Option<Arc<str>> {
+        most(&count(self.segments(graph, node).filter_map(place))).cloned()
     }
 }
 

@@ -1,82 +1,33 @@
 //! The task model `T`: an automaton whose nodes are primitives, and the traversal histories of the data beneath it.
 
 mod distances;
+mod edges;
+mod history;
+mod journal;
+mod node;
 mod reconnect;
 pub mod screen;
+mod undo;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
+use crate::correction::Correction;
 use crate::decisions::Background;
-use crate::demonstration::{Demonstration, Segment, State};
+use crate::demonstration::{Segment, State};
 use crate::error::SituError;
 use crate::place::{NodeId, Place, SampleId, Samples, SegmentId};
 use crate::primitive::{Initiation, Learner};
 use crate::trace::Counters;
 
 use distances::Distances;
+use edges::Edges;
+pub use history::History;
+use journal::Journal;
+pub use node::{End, Node};
 use screen::Screen;
-
-/// A node `z`: a primitive with the data beneath it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(bound = "L::Policy: Serialize, L::Classifier: Serialize")]
-pub struct Node<L: Learner> {
-    /// The reference object of all its segments.
-    pub reference: Arc<str>,
-    /// The segments that are instances of the primitive.
-    pub segments: BTreeSet<SegmentId>,
-    /// Those of them that its policy is fitted to: fewer after a modification (decision D18).
-    pub policy_segments: BTreeSet<SegmentId>,
-    /// The policy `π`.
-    pub policy: L::Policy,
-    /// The samples of its classifier.
-    pub samples: Samples,
-    /// The initiation classifier `c`.
-    pub classifier: L::Classifier,
-}
-
-/// One demonstration and the primitives it traversed.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct History {
-    /// The demonstration's name.
-    pub name: Arc<str>,
-    /// The segment whose node ran last before the demonstration; `None` for START.
-    pub after: Option<SegmentId>,
-    /// Its segments.
-    pub segments: Vec<Arc<Segment>>,
-    /// The node of each segment that has been placed so far.
-    pub nodes: Vec<NodeId>,
-    /// The world after it.
-    pub final_state: State,
-    /// Whether it leads to END.
-    pub carried_to_end: bool,
-}
-
-impl History {
-    /// A demonstration cut into its segments, none of them placed.
-    pub fn new(demonstration: &Demonstration, segments: Vec<Segment>, after: Option<SegmentId>) -> Self {
-        Self {
-            name: demonstration.name().clone(),
-            after,
-            segments: segments.into_iter().map(Arc::new).collect(),
-            nodes: Vec::new(),
-            final_state: demonstration.final_state().clone(),
-            carried_to_end: demonstration.carried_to_end(),
-        }
-    }
-}
-
-/// END: a pseudo-node with a classifier of its own (decision D11).
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(bound = "L::Classifier: Serialize")]
-pub struct End<L: Learner> {
-    /// The samples of its classifier.
-    pub samples: Samples,
-    /// Its classifier; `None` until a demonstration was carried on to the end.
-    pub classifier: Option<L::Classifier>,
-}
 
 /// The automaton `T`.
 ///
@@ -87,10 +38,7 @@ pub struct End<L: Learner> {
 pub struct TaskModel<L: Learner> {
     nodes: BTreeMap<NodeId, Node<L>>,
     end: End<L>,
-    #[serde(rename = "edges", serialize_with = "edge_list")]
-    children: BTreeMap<Place, BTreeSet<Place>>,
-    #[serde(skip)]
-    parents: BTreeMap<Place, BTreeSet<Place>>,
+    edges: Edges,
     histories: Vec<History>,
     /// Demonstrations that began where a segment's node had run.
     #[serde(skip)]
@@ -101,12 +49,10 @@ pub struct TaskModel<L: Learner> {
     screen: Screen,
     #[serde(skip)]
     distances: Distances,
+    #[serde(skip)]
+    journal: Option<Journal<L>>,
     next: u32,
     calibration: L::Calibration,
-}
-
-fn edge_list<S: Serializer>(children: &BTreeMap<Place, BTreeSet<Place>>, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_seq(children.iter().flat_map(|(from, to)| to.iter().map(move |to| (from, to))))
 }
 
 impl<L: Learner> TaskModel<L> {
@@ -115,13 +61,13 @@ impl<L: Learner> TaskModel<L> {
         Self {
             nodes: BTreeMap::new(),
             end: End { samples: Samples::default(), classifier: None },
-            children: BTreeMap::new(),
-            parents: BTreeMap::new(),
+            edges: Edges::default(),
             histories: Vec::new(),
             followers: BTreeMap::new(),
             by_reference: BTreeMap::new(),
             screen: Screen::default(),
             distances: Distances::default(),
+            journal: None,
             next: 0,
             calibration,
         }
@@ -161,7 +107,22 @@ impl<L: Learner> TaskModel<L> {
     }
 
     fn node_mut(&mut self, id: NodeId) -> Result<&mut Node<L>, SituError> {
+        self.keep(id);
         self.nodes.get_mut(&id).ok_or(SituError::UnknownNode(id))
+    }
+
+    /// Writes a node down as it is, before its first change.
+    fn keep(&mut self, id: NodeId) {
+        if let Some(journal) = &mut self.journal {
+            journal.nodes.entry(id).or_insert_with(|| self.nodes.get(&id).cloned());
+        }
+    }
+
+    fn end_mut(&mut self) -> &mut End<L> {
+        if let Some(journal) = &mut self.journal {
+            journal.end.get_or_insert_with(|| self.end.clone());
+        }
+        &mut self.end
     }
 
     /// The pseudo-node END.
@@ -181,17 +142,17 @@ impl<L: Learner> TaskModel<L> {
 
     /// `children(place)`, in order.
     pub fn children(&self, place: Place) -> impl Iterator<Item = Place> + Clone {
-        self.children.get(&place).into_iter().flatten().copied()
+        self.edges.children(place)
     }
 
     /// `parent(place)`, in order.
     pub fn parents(&self, place: Place) -> impl Iterator<Item = Place> + Clone {
-        self.parents.get(&place).into_iter().flatten().copied()
+        self.edges.parents(place)
     }
 
     /// All edges, in order.
     pub fn edges(&self) -> impl Iterator<Item = (Place, Place)> {
-        self.children.iter().flat_map(|(from, to)| to.iter().map(move |to| (*from, *to)))
+        self.edges.all()
     }
 
     /// A segment.
@@ -282,8 +243,8 @@ impl<L: Learner> TaskModel<L> {
     fn samples_mut(&mut self, place: Place) -> Option<&mut Samples> {
         match place {
             Place::Start => None,
-            Place::Node(id) => self.nodes.get_mut(&id).map(|node| &mut node.samples),
-            Place::End => Some(&mut self.end.samples),
+            Place::Node(id) => self.node_mut(id).ok().map(|node| &mut node.samples),
+            Place::End => Some(&mut self.end_mut().samples),
         }
     }
 
@@ -315,6 +276,16 @@ impl<L: Learner> TaskModel<L> {
         }
     }
 
+    /// A correction as the model will write it down: cut into these segments, with its origin.
+    ///
+    /// # Errors
+    /// Where the primitive that ran last is END or not in the model, or the interrupted one is not in the model.
+    pub fn history(&self, correction: &Correction<'_>, segments: Vec<Segment>) -> Result<History, SituError> {
+        let origin = self.origin(correction.last)?;
+        correction.interrupted.map(|id| self.node(id)).transpose()?;
+        Ok(History::new(correction.demonstration, segments, origin))
+    }
+
     /// Add-Node (A2.11) for segments that are placed in order, one after another.
     pub fn add_node(
         &mut self,
@@ -327,11 +298,28 @@ impl<L: Learner> TaskModel<L> {
         self.next += 1;
         let first = segments.first().expect("a node holds at least one segment");
         let reference = self.segment(*first).reference.clone();
-        self.by_reference.entry(reference.clone()).or_default().insert(id);
         let policy_segments = segments.clone();
-        self.screen.set(id, classifier.ball());
-        self.nodes.insert(id, Node { reference, segments, policy_segments, policy, samples, classifier });
+        self.keep(id);
+        self.put_in(id, Node { reference, segments, policy_segments, policy, samples, classifier });
         id
+    }
+
+    fn put_in(&mut self, id: NodeId, node: Node<L>) {
+        self.by_reference.entry(node.reference.clone()).or_default().insert(id);
+        self.screen.set(id, node.classifier.ball());
+        self.nodes.insert(id, node);
+    }
+
+    fn take_out(&mut self, id: NodeId) {
+        let Some(node) = self.nodes.remove(&id) else { return };
+        self.screen.remove(id);
+        self.distances.forget(id);
+        if let Some(ids) = self.by_reference.get_mut(&node.reference) {
+            ids.remove(&id);
+            if ids.is_empty() {
+                self.by_reference.remove(&node.reference);
+            }
+        }
     }
 
     /// Notes in the history that the next segment of its demonstration was `id`.
@@ -349,7 +337,15 @@ impl<L: Learner> TaskModel<L> {
         let node = self.node_mut(id)?;
         node.segments.insert(segment);
         node.policy_segments.insert(segment);
-        node.samples.positives.insert(SampleId::Start(segment));
+        Ok(())
+    }
+
+    /// Adds a positive sample to a node.
+    ///
+    /// # Errors
+    /// [`SituError::UnknownNode`].
+    pub fn add_positive(&mut self, id: NodeId, sample: SampleId) -> Result<(), SituError> {
+        self.node_mut(id)?.samples.positives.insert(sample);
         Ok(())
     }
 
@@ -368,25 +364,23 @@ impl<L: Learner> TaskModel<L> {
 
     /// Add-Edge (A2.12, A2.20). Returns whether the edge is new.
     pub fn add_edge(&mut self, from: Place, to: Place) -> bool {
-        self.parents.entry(to).or_default().insert(from);
-        self.children.entry(from).or_default().insert(to)
+        let is_new = self.edges.add(from, to);
+        if let Some(journal) = self.journal.as_mut().filter(|_| is_new) {
+            journal.edges.push((from, to, true));
+        }
+        is_new
     }
 
     /// Adds a positive sample to END.
     pub fn add_final(&mut self, demonstration: u32) {
-        self.end.samples.positives.insert(SampleId::Final(demonstration));
+        self.end_mut().samples.positives.insert(SampleId::Final(demonstration));
     }
 
-    /// Adds negatives to a place's samples, its own positives left out where `subtract` (decision D1).
-    /// Returns whether anything was new.
-    pub fn add_negatives(&mut self, place: Place, negatives: &BTreeSet<SampleId>, subtract: bool) -> bool {
+    /// Adds negatives to a place's samples. Returns whether one of them was new.
+    pub fn add_negatives(&mut self, place: Place, negatives: &BTreeSet<SampleId>) -> bool {
         let Some(samples) = self.samples_mut(place) else { return false };
         let before = samples.negatives.len();
-        for sample in negatives {
-            if !(subtract && samples.positives.contains(sample)) {
-                samples.negatives.insert(*sample);
-            }
-        }
+        samples.negatives.extend(negatives);
         samples.negatives.len() > before
     }
 
@@ -443,7 +437,7 @@ impl<L: Learner> TaskModel<L> {
                     self.screen.set(*id, classifier.ball());
                     self.node_mut(*id)?.classifier = classifier;
                 }
-                _ => self.end.classifier = Some(classifier),
+                _ => self.end_mut().classifier = Some(classifier),
             }
         }
         Ok(())

@@ -63,7 +63,7 @@ impl AddAssign for Counters {
 }
 
 /// Where the node that a segment matched was found (decision D10).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MatchedIn {
     /// Among the applicable primitives `Z`.
@@ -71,6 +71,7 @@ pub enum MatchedIn {
     /// Among the other nodes of the segment's reference object.
     Reference,
     /// Nowhere: the segment is unmodelled.
+    #[default]
     None,
 }
 
@@ -113,10 +114,29 @@ pub struct Step {
     pub counters: Counters,
 }
 
+impl Step {
+    /// The step of a segment on this object, in a model of this size, before anything was done.
+    pub(crate) fn new(reference: &str, model_size: usize) -> Self {
+        Self {
+            reference: reference.to_owned(),
+            applicable: 0,
+            model_size,
+            candidates: 0,
+            matched_in: MatchedIn::None,
+            branch: Branch::New,
+            node: NodeId(0),
+            after: Place::Start,
+            edge_added: false,
+            merged: Vec::new(),
+            counters: Counters::default(),
+        }
+    }
+}
+
 /// What one update did.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Trace {
-    /// One step a segment; empty for a full retraining and for the refinement of single primitives, which have none.
+    /// One step for each segment; empty for a full retraining and for the refinement of single primitives, which have none.
     pub steps: Vec<Step>,
     /// All the work, the steps' and what belongs to no step (END).
     pub counters: Counters,

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 
 use common::structure::check;
 use common::toy::Toy;
-use common::{histories, spelt};
+use common::{folded, histories, spelt};
 use situ::correction::Correction;
 use situ::decisions::{Background, Candidates, Decisions, Modify};
 use situ::method::rebuild::{rebuild, refit};
@@ -46,7 +46,7 @@ fn corrected(
 ) -> (TaskModel<Toy>, Vec<Step>) {
     let last = after.map_or(Place::Start, |segment| Place::Node(model.node_of(segment).unwrap()));
     let shown = spelt(words, end.unwrap_or(0.0), end.is_some());
-    let (after, trace) = situ::situ::situ(Correction::after(last, &shown), model.clone(), learner, &decisions).unwrap();
+    let (after, trace) = folded(Correction::after(last, &shown), model, learner, &decisions);
     check(&after, decisions.subtract_own_positives);
     (after, trace.steps)
 }
@@ -255,7 +255,7 @@ fn d18_what_was_interrupted_is_the_first_to_be_shown_another_way() {
     let shown = spelt(&[(1, 6.0, 40.0), (2, 6.0, 41.0)], 0.0, false);
     let correct = |interrupted| {
         let correction = Correction { interrupted, ..Correction::after(Place::Node(a), &shown) };
-        situ::situ::situ(correction, model.0.clone(), &model.1, &decisions).unwrap()
+        folded(correction, &model.0, &model.1, &decisions)
     };
     let branches = |interrupted| correct(interrupted).1.steps.iter().map(|step| step.branch).collect::<Vec<_>>();
     assert_eq!(branches(None), [Branch::New, Branch::New]);

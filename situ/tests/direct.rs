@@ -3,7 +3,7 @@
 mod common;
 
 use common::{CAREFUL, Planted, Task};
-use situ::correction::{Correction, Told};
+use situ::correction::{Correction, Oracle};
 use situ::demonstration::{Demonstration, Keyframe};
 use situ::edit::difference;
 use situ::error::SituError;
@@ -26,12 +26,12 @@ fn who_is_told_makes_the_edit_that_is_needed() {
             let model = taught(method, &task);
             for planted in Planted::ALL {
                 let correction = task.correction(planted, draw, CAREFUL, draw % 2 == 0);
-                let told = correction.told();
+                let oracle = correction.oracle();
                 let graph = model.graph();
                 let mut model = model.boxed();
                 let last = correction.last_in(&graph);
                 model
-                    .correct(Correction { told: Some(&told), ..Correction::after(last, &correction.demonstration) })
+                    .correct(Correction { oracle: Some(&oracle), ..Correction::after(last, &correction.demonstration) })
                     .unwrap();
                 let made = difference(&graph, &model.graph());
                 assert_eq!(made.edit(), planted.edit(), "{method}, {planted:?}, draw {draw}: {made:?}");
@@ -79,13 +79,13 @@ fn who_must_be_told_refuses_silence() {
     let originals: Vec<_> = task.originals(2, CAREFUL).iter().map(|shown| silent(shown, &task)).collect();
     for name in ["oracle_edit", "narrated_hierarchy"] {
         let refused = named(name).unwrap().teach(&task.schema, &originals, SEED).map(|_| ());
-        assert!(matches!(refused, Err(SituError::Untold { method, .. }) if method == name), "{refused:?}");
+        assert!(matches!(refused, Err(SituError::Silent { method, .. }) if method == name), "{refused:?}");
         let mut model = taught(name, &task);
         let before = model.to_json();
         let silent = silent(&correction.demonstration, &task);
-        let told = Told::default();
-        let refused = model.correct(Correction { told: Some(&told), ..Correction::after(Place::Start, &silent) });
-        assert!(matches!(refused, Err(SituError::Untold { .. })), "{refused:?}");
+        let oracle = Oracle::default();
+        let refused = model.correct(Correction { oracle: Some(&oracle), ..Correction::after(Place::Start, &silent) });
+        assert!(matches!(refused, Err(SituError::Silent { .. })), "{refused:?}");
         assert_eq!(model.to_json(), before);
     }
     let untold = taught("oracle_edit", &task).correct(Correction::after(Place::Start, &correction.demonstration));

@@ -12,7 +12,7 @@ use situ::decisions::Decisions;
 use situ::demonstration::{Demonstration, Feature, Schema, State};
 use situ::edit::difference;
 use situ::error::SituError;
-use situ::graph::Node;
+use situ::graph::GraphNode;
 use situ::keyframe::parameters::KeyframeParameters;
 use situ::keyframe::policy::Execution;
 use situ::method::rebuild::rebuild;
@@ -155,9 +155,9 @@ fn every_method_teaches_corrects_and_repeats_itself() {
                 let (graph, json) = (model.graph(), model.to_json());
                 let correction = task.correction(planted, draw, CAREFUL, end);
                 let last = correction.last_in(&graph);
-                let told = correction.told();
+                let oracle = correction.oracle();
                 let after =
-                    |last| Correction { told: Some(&told), ..Correction::after(last, &correction.demonstration) };
+                    |last| Correction { oracle: Some(&oracle), ..Correction::after(last, &correction.demonstration) };
 
                 // What cannot be is refused, and changes nothing.
                 let mut refuse = |last, expected| {
@@ -244,7 +244,7 @@ fn methods_of_one_original_start_alike() {
         let places = || graph.nodes.iter().map(|node| Place::Node(node.id)).chain([Place::Start]);
         let next: Vec<_> = places().flat_map(|place| states.iter().map(move |state| (place, *state))).collect();
         let next: Vec<_> = next.into_iter().map(|(place, state)| model.next(place, state)).collect();
-        let draw = |node: &Node| {
+        let draw = |node: &GraphNode| {
             let draw =
                 |seed| model.keyframes(node.id, Execution::Sample, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap();
             (model.keyframes(node.id, Execution::Mean, &mut ChaCha8Rng::seed_from_u64(0)).unwrap(), draw(1), draw(2))

@@ -2,14 +2,22 @@
 
 mod common;
 
-use common::toy::Toy;
+use std::cell::Cell;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use common::toy::{Line, Nearest, Toy};
 use common::{histories, spelt};
 use situ::correction::Correction;
 use situ::decisions::Decisions;
-use situ::demonstration::{Demonstration, Feature, Gripper, Keyframe, Kind, Pose, Schema, State};
+use situ::demonstration::{Demonstration, Feature, Gripper, Keyframe, Kind, Pose, Schema, Segment, State};
 use situ::error::SituError;
+use situ::fold::situ;
 use situ::method::rebuild::rebuild;
 use situ::place::{NodeId, Place};
+use situ::primitive::{Clustering, Learner};
+use situ::task_model::TaskModel;
+use situ::trace::{Branch, Counters};
 
 fn feature(name: &str, scale: f64) -> Feature {
     Feature { name: name.to_owned(), scale }
@@ -90,10 +98,102 @@ fn places_that_cannot_have_run() {
     let decisions = Decisions::mended();
     let shown = spelt(&[(0, 0.0, 0.0)], 1.0, true);
     let (model, _) = rebuild(histories(std::slice::from_ref(&shown)), None, &learner, &decisions).unwrap();
-    let update =
-        |last| situ::situ::situ(Correction::after(last, &shown), model.clone(), &learner, &decisions).map(|_| ());
+    let update = |last| situ(Correction::after(last, &shown), &mut model.clone(), &learner, &decisions).map(|_| ());
     assert_eq!(update(Place::Start), Ok(()));
     assert_eq!(update(Place::End), Err(SituError::NotExecutable(Place::End)));
     assert_eq!(update(Place::Node(NodeId(7))), Err(SituError::UnknownNode(NodeId(7))));
     assert_eq!(rebuild(Vec::new(), None, &learner, &decisions).map(|_| ()), Err(SituError::NoDemonstration));
+}
+
+/// A learner on a line that refuses its n-th fit, of policies and of classifiers together.
+#[derive(Clone, Debug, PartialEq)]
+struct Refusing {
+    learner: Toy,
+    left: Rc<Cell<u32>>,
+}
+
+impl Refusing {
+    fn ask(&self) -> Result<(), SituError> {
+        let left = self.left.get().checked_sub(1).ok_or(SituError::Classifier("enough".to_owned()))?;
+        self.left.set(left);
+        Ok(())
+    }
+}
+
+impl Learner for Refusing {
+    type Policy = Line;
+    type Classifier = Nearest;
+    type Calibration = ();
+
+    fn fit_policy(&self, segments: &[&Segment], counters: &mut Counters) -> Result<Line, SituError> {
+        self.ask()?;
+        self.learner.fit_policy(segments, counters)
+    }
+
+    fn fit_classifier(
+        &self,
+        positives: &[&State],
+        negatives: &[&State],
+        counters: &mut Counters,
+    ) -> Result<Nearest, SituError> {
+        self.ask()?;
+        self.learner.fit_classifier(positives, negatives, counters)
+    }
+
+    fn cluster_and_find(
+        &self,
+        own: &Line,
+        candidates: &[&Line],
+        among: &[f64],
+        calibration: &(),
+        counters: &mut Counters,
+    ) -> Clustering {
+        self.learner.cluster_and_find(own, candidates, among, calibration, counters)
+    }
+
+    fn distance(&self, left: &Line, right: &Line, calibration: Option<&()>, counters: &mut Counters) -> f64 {
+        self.learner.distance(left, right, calibration, counters)
+    }
+
+    fn calibrate(&self, originals: &[&[Arc<Segment>]], counters: &mut Counters) -> Result<(), SituError> {
+        self.learner.calibrate(originals, counters)
+    }
+
+    fn cluster(
+        &self,
+        segments: &[&Segment],
+        calibration: &(),
+        counters: &mut Counters,
+    ) -> Result<Vec<usize>, SituError> {
+        self.learner.cluster(segments, calibration, counters)
+    }
+
+    fn path(&self, policy: &Line) -> Vec<Pose> {
+        self.learner.path(policy)
+    }
+}
+
+/// Wherever in a correction the learner refuses, the model is as it was, and learns the same afterwards. The correction adds
+/// a node, merges three nodes that are fragments of one, adds edges, tells siblings, and ends at END.
+#[test]
+fn a_correction_is_folded_in_whole_or_not_at_all() {
+    for decisions in [Decisions::mended(), Decisions::literal()] {
+        let learner = Refusing { learner: Toy { taught: 0.05, found: 2.0 }, left: Rc::new(Cell::new(u32::MAX)) };
+        let fragments = |x: f64| spelt(&[(0, x, 0.0), (1, x, 1.0), (2, x, 2.0)], 3.0, true);
+        let originals = [fragments(0.0), fragments(0.3), fragments(0.6)];
+        let (before, _) = rebuild(histories(&originals), None, &learner, &decisions).unwrap();
+        let correct = |model: &mut TaskModel<Refusing>, fits| {
+            learner.left.set(fits);
+            let last = Place::Node(before.nodes().next().unwrap().0);
+            let shown = spelt(&[(3, 5.0, 1.5), (1, 0.4, 1.0), (2, 0.4, 2.0)], 3.0, true);
+            situ(Correction::after(last, &shown), model, &learner, &decisions)
+        };
+        let mut whole = before.clone();
+        let expected = correct(&mut whole, u32::MAX).unwrap();
+        assert!(expected.steps.iter().any(|step| !step.merged.is_empty()) && expected.steps[0].branch == Branch::New);
+        let mut model = before.clone();
+        let refused = (0..).take_while(|fits| correct(&mut model, *fits).is_err() && model == before).count();
+        assert!(refused > 10, "{refused} places of refusal");
+        assert!(model == whole, "after {refused} refusals");
+    }
 }

@@ -10,7 +10,7 @@ use nalgebra::Isometry3;
 use proptest::prelude::*;
 use situ::correction::Correction;
 use situ::demonstration::{Demonstration, Feature, Gripper, Keyframe, Kind, Schema, State};
-use situ::graph::{Graph, Node};
+use situ::graph::{Graph, GraphNode};
 use situ::method::named;
 use situ::place::{NodeId, Place, SegmentId};
 use situ::segmentation::by_reference_object;
@@ -32,8 +32,8 @@ fn shown(words: &[&str], carried_to_end: bool) -> Demonstration {
     Demonstration::new("shown", Kind::Original, &schema, keyframes, State::new(vec![0.0]), carried_to_end).unwrap()
 }
 
-fn graph(nodes: &[&[(u32, u32)]], edges: &[(Place, Place)]) -> Graph {
-    let node = |(id, held): (u32, &&[(u32, u32)])| Node {
+fn graph(nodes: &[&[(u32, u32)]], edges: &[(Place, Place)], lengths: &[Vec<usize>]) -> Graph {
+    let node = |(id, held): (u32, &&[(u32, u32)])| GraphNode {
         id: NodeId(id),
         reference: "a".into(),
         segments: held
@@ -42,7 +42,7 @@ fn graph(nodes: &[&[(u32, u32)]], edges: &[(Place, Place)]) -> Graph {
             .collect(),
         path: Vec::new(),
     };
-    Graph { nodes: (0..).zip(nodes).map(node).collect(), edges: edges.to_vec() }
+    Graph { nodes: (0..).zip(nodes).map(node).collect(), edges: edges.to_vec(), lengths: lengths.to_vec() }
 }
 
 const START: Place = Place::Start;
@@ -58,10 +58,10 @@ const fn z(id: u32) -> Place {
 fn a_small_task_by_hand() {
     let (original, again) = (shown(&["a1", "a1", "a2", "b3"], true), shown(&["b3"], true));
     let mut truth = Truth::default();
-    let segments = by_reference_object(&original);
-    truth.original(&original, &segments);
+    truth.original(&original);
+    let graph = |nodes: &[&[(u32, u32)]], edges: &[(Place, Place)]| graph(nodes, edges, &[vec![3, 1], vec![1]]);
     let taught = graph(&[&[(0, 0)], &[(0, 1)]], &[(START, z(0)), (z(0), z(1)), (z(1), END)]);
-    truth.correction(&again, &by_reference_object(&again), z(1), &taught);
+    truth.correction(&again, z(1), &taught);
     // The retry as an edge: three keyframes in the node of a are three pairs, of which a1 a1 is right.
     let joined = graph(&[&[(0, 0)], &[(0, 1), (1, 0)]], &[(START, z(0)), (z(0), z(1)), (z(1), z(1)), (z(1), END)]);
     let agreement = |both, model, truth| Agreement { both, model, truth };
@@ -84,7 +84,7 @@ fn a_small_task_by_hand() {
         graph(&[&[(0, 0)], &[(0, 1)], &[]], &[(START, z(0)), (z(0), z(1)), (z(1), z(0)), (z(1), z(2)), (z(1), END)]);
     assert_eq!((score(&odd).transitions, score(&odd).duplicates), (agreement(4, 6, 5), 0));
     // Of a teacher who is silent nothing is known.
-    truth.original(&shown(&["a", "b"], true), &segments);
+    truth.original(&shown(&["a", "b"], true));
     assert_eq!(truth.score(&joined), None);
     assert_eq!(agreement(0, 0, 0).f1(), None);
 }
@@ -98,12 +98,12 @@ fn the_planted_tasks() {
         let originals = task.originals(3, CAREFUL);
         for planted in Planted::ALL {
             let correction = task.correction(planted, draw, CAREFUL, true);
-            let told = correction.told();
+            let oracle = correction.oracle();
             for name in ["oracle_edit", "append_only", "no_update", "situ"] {
                 let method = named(name).unwrap();
                 let mut model = method.teach(&task.schema, &originals, 1).unwrap();
                 let mut truth = Truth::default();
-                originals.iter().for_each(|shown| truth.original(shown, &method.segments(shown)));
+                originals.iter().for_each(|shown| truth.original(shown));
                 let perfect = |structure: Structure| {
                     structure.duplicates == 0
                         && structure.pairs.f1() == Some(1.0)
@@ -113,8 +113,8 @@ fn the_planted_tasks() {
                 assert!(perfect(truth.score(&before).unwrap()), "{name}: the originals are careful");
                 let last = correction.last_in(&before);
                 let shown = &correction.demonstration;
-                truth.correction(shown, &method.segments(shown), last, &before);
-                model.correct(Correction { told: Some(&told), ..Correction::after(last, shown) }).unwrap();
+                truth.correction(shown, last, &before);
+                model.correct(Correction { oracle: Some(&oracle), ..Correction::after(last, shown) }).unwrap();
                 let structure = truth.score(&model.graph()).unwrap();
                 match name {
                     "oracle_edit" => assert!(perfect(structure), "{planted:?}, {draw}: {structure:?}"),
@@ -141,11 +141,12 @@ proptest! {
         let demonstration = shown(&words, true);
         let segments = by_reference_object(&demonstration);
         let mut truth = Truth::default();
-        truth.original(&demonstration, &segments);
+        truth.original(&demonstration);
+        let lengths = [segments.iter().map(|segment| segment.keyframes.len()).collect()];
         // Where each segment is; 3 is nowhere.
         let node_of = |segment: usize| (placed[segment] < nodes).then_some(placed[segment]);
         let held: Vec<Vec<(u32, u32)>> = (0..nodes).map(|node| (0..segments.len()).filter(|index| node_of(*index) == Some(node)).map(|index| (0, index as u32)).collect()).collect();
-        let score = truth.score(&graph(&held.iter().map(Vec::as_slice).collect::<Vec<_>>(), &[])).unwrap();
+        let score = truth.score(&graph(&held.iter().map(Vec::as_slice).collect::<Vec<_>>(), &[], &lengths)).unwrap();
         let node_of_keyframe: Vec<Option<u32>> = segments.iter().enumerate().flat_map(|(index, segment)| vec![node_of(index); segment.keyframes.len()]).collect();
         let names: Vec<Option<Arc<str>>> = demonstration.keyframes().iter().map(|keyframe| keyframe.narration.clone()).collect();
         let mut expected = Agreement::default();

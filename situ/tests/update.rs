@@ -10,10 +10,9 @@ use std::fmt::Debug;
 
 use common::structure::check;
 use common::toy::Toy;
-use common::{CAREFUL, EXACT, Noise, Planted, Task, histories, spelt};
+use common::{CAREFUL, EXACT, Noise, Planted, Task, folded, histories, spelt};
 use proptest::prelude::*;
 use proptest::sample::Index;
-use situ::candidates;
 use situ::correction::Correction;
 use situ::decisions::{Candidates, Decisions};
 use situ::demonstration::{Demonstration, Segment, State};
@@ -22,10 +21,12 @@ use situ::graph::Graph;
 use situ::keyframe::parameters::{Divergence, KeyframeParameters};
 use situ::method::rebuild::rebuild;
 use situ::place::{NodeId, Place};
+use situ::placement::{ByPolicy, Placement};
 use situ::primitive::{Initiation, Learner};
 use situ::segmentation::by_reference_object;
 use situ::task_model::TaskModel;
 use situ::trace::{Branch, Counters, MatchedIn, Trace};
+use situ::update::Update;
 
 /// A segment to be: object, site on it, where about the site, and the state in which it begins.
 type Word = (u8, u8, f64, f64);
@@ -118,7 +119,7 @@ fn update<L>(
 where
     L: Learner + Clone + Debug + PartialEq,
 {
-    let (after, trace) = situ::situ::situ(Correction::after(last, shown), before.clone(), learner, decisions).unwrap();
+    let (after, trace) = folded(Correction::after(last, shown), before, learner, decisions);
     check(&after, decisions.subtract_own_positives);
     let segments = by_reference_object(shown);
     assert_eq!(trace.steps.len(), segments.len());
@@ -151,12 +152,12 @@ where
         assert_eq!(edges(before), edges(&after));
         // The order of Z does not matter.
         let mut z = before.applicable(&segments[0].start, &mut Counters::default());
-        let own = learner.fit_policy(&[&segments[0]], &mut Counters::default()).unwrap();
         let find = |z: &[NodeId]| {
-            let mut counters = Counters::default();
             let mut model = before.clone();
-            let found = candidates::find(&mut model, &segments[0], &own, z, learner, decisions, &mut counters).unwrap();
-            (found, counters)
+            let history = model.history(&Correction::after(last, shown), segments.clone()).unwrap();
+            let d = model.begin(history)[0];
+            let mut update = Update::new(&mut model, learner, decisions);
+            (ByPolicy.cluster(&mut update, d, z).unwrap(), update.counters)
         };
         let expected = find(&z);
         for _ in 0..z.len().min(3) {

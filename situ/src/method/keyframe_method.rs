@@ -6,22 +6,22 @@ use std::sync::Arc;
 
 use rand_chacha::ChaCha8Rng;
 
-use super::direct::{self, Rule};
-use super::original::{KEYFRAME_AUTOMATON, keyframe_automaton};
+use super::direct::{self, Direct, Rule};
 use super::rebuild::rebuild;
-use super::{Learned, Method, Role};
-use crate::correction::{Correction, Told};
+use super::{KEYFRAME_AUTOMATON, KeyframeAutomaton, Learned, Method, Original, Role};
+use crate::correction::{Correction, Oracle};
 use crate::decisions::{Background, Candidates, Decisions};
-use crate::demonstration::{Demonstration, RelativeKeyframe, Schema, Segment, State};
+use crate::demonstration::{Demonstration, RelativeKeyframe, Schema, State};
 use crate::error::SituError;
+use crate::fold::fold;
 use crate::graph::Graph;
 use crate::keyframe::learner::KeyframeLearner;
 use crate::keyframe::parameters::{Activation, Compared, Divergence, KeyframeParameters, Lift, Standardisation};
 use crate::keyframe::policy::Execution;
 use crate::place::{NodeId, Place};
+use crate::placement::ByPolicy;
 use crate::segmentation::{by_narration, by_reference_object};
-use crate::situ::situ;
-use crate::task_model::{History, TaskModel};
+use crate::task_model::TaskModel;
 use crate::trace::Trace;
 
 /// How a correction is folded in.
@@ -38,18 +38,15 @@ enum Update {
 }
 
 impl Update {
-    /// A demonstration cut as the method cuts it.
-    fn segments(self, demonstration: &Demonstration) -> Vec<Segment> {
-        match self {
-            Self::Direct(Rule::Narrated) => by_narration(demonstration),
-            _ => by_reference_object(demonstration),
-        }
-    }
-
     /// Checks that a demonstration says what the method has to hear.
-    fn check(self, method: &'static str, demonstration: &Demonstration, told: Option<&Told>) -> Result<(), SituError> {
+    fn check(
+        self,
+        method: &'static str,
+        demonstration: &Demonstration,
+        oracle: Option<&Oracle>,
+    ) -> Result<(), SituError> {
         let Self::Direct(rule) = self else { return Ok(()) };
-        direct::check(rule, method, demonstration, told)
+        direct::check(rule, method, demonstration, oracle)
     }
 }
 
@@ -68,73 +65,83 @@ pub struct KeyframeMethod {
 const PAPER: &str = "Gutierrez, Short, Niekum and Thomaz 2018";
 const OURS: &str = "this project";
 
+const SITU: KeyframeMethod = KeyframeMethod {
+    name: "situ",
+    summary: "state-indexed task updates, the open decisions mended",
+    source: PAPER,
+    role: Role::Correct,
+    update: Update::Situ,
+    decisions: Decisions::mended,
+    parameters: KeyframeParameters::default,
+};
+
+pub(super) const REBUILD: KeyframeMethod = KeyframeMethod {
+    name: "rebuild",
+    summary: "full retraining on all demonstrations, original and corrective, one global clustering",
+    source: OURS,
+    update: Update::Rebuild,
+    ..SITU
+};
+
+pub(super) const NO_UPDATE: KeyframeMethod = KeyframeMethod {
+    name: "no_update",
+    summary: "the original model, never corrected",
+    source: OURS,
+    role: Role::Control,
+    update: Update::Nothing,
+    ..SITU
+};
+
 /// The methods, in the order of the tables.
 pub fn all() -> Vec<KeyframeMethod> {
-    let situ = KeyframeMethod {
-        name: "situ",
-        summary: "state-indexed task updates, the open decisions mended",
-        source: PAPER,
-        role: Role::Correct,
-        update: Update::Situ,
-        decisions: Decisions::mended,
-        parameters: KeyframeParameters::default,
-    };
-    let ablation = |name, summary| KeyframeMethod { name, summary, source: OURS, ..situ };
-    let decided = |name, summary, decisions| KeyframeMethod { decisions, ..ablation(name, summary) };
-    let kernel = |name, summary, parameters| KeyframeMethod { parameters, ..ablation(name, summary) };
-    vec![
-        situ,
+    let systems = [
+        SITU,
         KeyframeMethod {
             name: "situ:literal",
             summary: "the listing as printed, every mending switched off",
             decisions: Decisions::literal,
             parameters: KeyframeParameters::literal,
-            ..situ
+            ..SITU
         },
-        KeyframeMethod {
-            name: "rebuild",
-            summary: "full retraining on all demonstrations, original and corrective, one global clustering",
-            source: OURS,
-            update: Update::Rebuild,
-            ..situ
-        },
+        REBUILD,
         KeyframeMethod {
             name: "from_scratch",
             summary: "rebuild from full demonstrations of the changed task alone",
             source: PAPER,
             role: Role::FromScratch,
             update: Update::Rebuild,
-            ..situ
+            ..SITU
         },
-        KeyframeMethod {
-            name: "no_update",
-            summary: "the original model, never corrected",
-            source: OURS,
-            role: Role::Control,
-            update: Update::Nothing,
-            ..situ
-        },
+        NO_UPDATE,
         KeyframeMethod {
             name: "append_only",
             summary: "each segment of a correction is a new primitive: nothing is clustered",
             source: OURS,
             update: Update::Direct(Rule::Append),
-            ..situ
+            ..SITU
         },
         KeyframeMethod {
             name: "oracle_edit",
             summary: "told which primitive each segment is and which skills have changed: the upper bound of structure",
             source: "Kappler, Pastor, Kalakrishnan, Wüthrich and Schaal 2015 (reconstruction)",
-            update: Update::Direct(Rule::Told),
-            ..situ
+            update: Update::Direct(Rule::Oracle),
+            ..SITU
         },
         KeyframeMethod {
             name: "narrated_hierarchy",
             summary: "steps are what the teacher calls them, and a step shown again replaces the one before",
             source: "Mohseni-Kabir, Rich, Chernova, Sidner and Miller 2015 (reconstruction)",
             update: Update::Direct(Rule::Narrated),
-            ..situ
+            ..SITU
         },
+    ];
+    systems.into_iter().chain(decided()).chain(kernels()).collect()
+}
+
+/// SITU with one decision about structure changed at a time.
+fn decided() -> Vec<KeyframeMethod> {
+    let decided = |name, summary, decisions| KeyframeMethod { name, summary, source: OURS, decisions, ..SITU };
+    vec![
         decided("situ:own_negatives", "D1 as printed: a primitive's positives stay among its negatives", || {
             Decisions { subtract_own_positives: false, ..Decisions::mended() }
         }),
@@ -162,6 +169,13 @@ pub fn all() -> Vec<KeyframeMethod> {
             modify: None,
             ..Decisions::mended()
         }),
+    ]
+}
+
+/// SITU with one decision about its kernels changed at a time.
+fn kernels() -> Vec<KeyframeMethod> {
+    let kernel = |name, summary, parameters| KeyframeMethod { name, summary, source: OURS, parameters, ..SITU };
+    vec![
         kernel("situ:fixed_scales", "D16 as designed: one scale a feature for every classifier", || {
             KeyframeParameters { standardisation: Standardisation::Fixed, ..KeyframeParameters::default() }
         }),
@@ -220,29 +234,39 @@ impl Method for KeyframeMethod {
         }
     }
 
-    fn segments(&self, demonstration: &Demonstration) -> Vec<Segment> {
-        self.update.segments(demonstration)
-    }
-
-    fn teach(
+    fn learn_original(
         &self,
         schema: &Schema,
         demonstrations: &[Demonstration],
         seed: u64,
-    ) -> Result<Box<dyn Learned>, SituError> {
+    ) -> Result<Original, SituError> {
         demonstrations.iter().try_for_each(|demonstration| demonstration.check_features(schema.len()))?;
         demonstrations.iter().try_for_each(|demonstration| self.update.check(self.name, demonstration, None))?;
-        let model = match self.update {
-            Update::Direct(Rule::Narrated) => direct::named_automaton(schema, demonstrations)?,
-            _ => keyframe_automaton(schema, demonstrations)?,
-        };
-        Ok(Box::new(KeyframeTask {
+        if self.update != Update::Direct(Rule::Narrated) {
+            return KeyframeAutomaton::learn(schema, demonstrations, seed).map(Original::Keyframe);
+        }
+        let model = Arc::new(direct::named_automaton(schema, demonstrations)?);
+        Ok(Original::of(self.task(&KeyframeAutomaton { schema: schema.clone(), model, seed })))
+    }
+
+    fn take_over(&self, original: &Original) -> Result<Box<dyn Learned>, SituError> {
+        if self.update == Update::Direct(Rule::Narrated) {
+            return original.own(self.name);
+        }
+        Ok(Box::new(self.task(original.keyframe(self.name)?)))
+    }
+}
+
+impl KeyframeMethod {
+    fn task(&self, original: &KeyframeAutomaton) -> KeyframeTask {
+        let parameters = KeyframeParameters { seed: original.seed, ..(self.parameters)() };
+        KeyframeTask {
             method: self.name,
-            model,
-            learner: KeyframeLearner::new(schema, KeyframeParameters { seed, ..(self.parameters)() }),
+            model: TaskModel::clone(&original.model),
+            learner: KeyframeLearner::new(&original.schema, parameters),
             decisions: (self.decisions)(),
             update: self.update,
-        }))
+        }
     }
 }
 
@@ -258,28 +282,29 @@ struct KeyframeTask {
 
 impl Learned for KeyframeTask {
     fn correct(&mut self, correction: Correction<'_>) -> Result<Trace, SituError> {
-        let Correction { last, interrupted, demonstration, told } = correction;
+        let Correction { demonstration, oracle, .. } = correction;
         demonstration.check_features(self.learner.features())?;
-        let after = self.model.origin(last)?;
-        interrupted.map(|id| self.model.node(id)).transpose()?;
-        let segments = self.update.segments(demonstration);
-        self.update.check(self.method, demonstration, told)?;
-        let (learner, decisions) = (&self.learner, &self.decisions);
-        // Taken, not copied: a copy would cost with the size of the model.
-        let nothing = TaskModel::new(*self.model.calibration());
-        let take = || std::mem::replace(&mut self.model, nothing);
-        let (model, trace) = match self.update {
-            Update::Nothing => return Ok(Trace::default()),
-            Update::Situ => situ(correction, take(), learner, decisions)?,
-            Update::Direct(rule) => direct::fold(rule, correction, segments, take(), learner, decisions)?,
-            Update::Rebuild => {
-                let mut histories = self.model.histories().to_vec();
-                histories.push(History::new(demonstration, segments, after));
-                rebuild(histories, Some(*self.model.calibration()), learner, decisions)?
-            }
+        let segments = match self.update {
+            Update::Direct(Rule::Narrated) => by_narration(demonstration),
+            _ => by_reference_object(demonstration),
         };
-        self.model = model;
-        Ok(trace)
+        let history = self.model.history(&correction, segments)?;
+        self.update.check(self.method, demonstration, oracle)?;
+        let Self { model, learner, decisions, .. } = self;
+        match self.update {
+            Update::Nothing => Ok(Trace::default()),
+            Update::Situ => fold(correction, history, model, learner, decisions, &mut ByPolicy),
+            Update::Direct(rule) => {
+                let mut direct = Direct::new(rule, oracle, model);
+                fold(correction, history, model, learner, decisions, &mut direct)
+            }
+            Update::Rebuild => {
+                let histories = model.histories().iter().cloned().chain([history]).collect();
+                let (rebuilt, trace) = rebuild(histories, Some(*model.calibration()), learner, decisions)?;
+                *model = rebuilt;
+                Ok(trace)
+            }
+        }
     }
 
     fn next(&self, last: Place, state: &State) -> Option<(Place, f64)> {

@@ -41,8 +41,8 @@ pub fn rebuild<L: Learner>(
     assemble(histories, &labels, calibration, learner, decisions, counters)
 }
 
-/// Builds a task model whose primitives are known: `labels` has one a segment, in the order of the histories, 0, 1, 2, … in order of first
-/// appearance.
+/// Builds a task model whose primitives are known: `labels` has one number for each segment, in the order of the histories,
+/// 0, 1, 2, … in order of first appearance.
 ///
 /// # Errors
 /// Where the learner refuses a segment.
@@ -124,7 +124,10 @@ fn retrain_classifiers<L: Learner>(
         let mut negatives = model.starts(siblings.into_iter());
         let neighbours: BTreeSet<Place> = model.parents(*place).chain(model.children(*place)).collect();
         negatives.extend(model.background(decisions.background, neighbours.into_iter(), &own));
-        model.add_negatives(*place, &negatives, decisions.subtract_own_positives || *place == Place::End);
+        if decisions.subtract_own_positives || *place == Place::End {
+            negatives.retain(|sample| !own.contains(sample)); // D1
+        }
+        model.add_negatives(*place, &negatives);
     }
     model.fit_classifiers(learner, &places, counters)
 }

@@ -46,7 +46,7 @@ impl<L: Learner> TaskModel<L> {
             }
             let touched = segments.clone();
             let merged = self.add_node(segments, policy, samples, classifier);
-            self.nodes.get_mut(&merged).expect("just added").policy_segments = policy_segments;
+            self.node_mut(merged)?.policy_segments = policy_segments;
             for segment in &touched {
                 self.histories[segment.demonstration as usize].nodes[segment.index as usize] = merged;
             }
@@ -58,22 +58,16 @@ impl<L: Learner> TaskModel<L> {
 
     fn remove(&mut self, id: NodeId) {
         let place = Place::Node(id);
-        for child in self.children.remove(&place).unwrap_or_default() {
-            detach(&mut self.parents, child, place);
-        }
-        for parent in self.parents.remove(&place).unwrap_or_default() {
-            detach(&mut self.children, parent, place);
-        }
-        self.screen.remove(id);
-        self.distances.forget(id);
-        if let Some(node) = self.nodes.remove(&id)
-            && let Some(ids) = self.by_reference.get_mut(&node.reference)
-        {
-            ids.remove(&id);
-            if ids.is_empty() {
-                self.by_reference.remove(&node.reference);
+        let out = self.children(place).map(|child| (place, child));
+        let edges: BTreeSet<(Place, Place)> = out.chain(self.parents(place).map(|parent| (parent, place))).collect();
+        for (from, to) in edges {
+            self.edges.remove(from, to);
+            if let Some(journal) = &mut self.journal {
+                journal.edges.push((from, to, false));
             }
         }
+        self.keep(id);
+        self.take_out(id);
     }
 
     /// Adds the edges into and out of these segments' nodes that the histories hold.
@@ -101,15 +95,6 @@ impl<L: Learner> TaskModel<L> {
         }
         for (from, to) in edges {
             self.add_edge(from, to);
-        }
-    }
-}
-
-fn detach(map: &mut BTreeMap<Place, BTreeSet<Place>>, key: Place, value: Place) {
-    if let Some(set) = map.get_mut(&key) {
-        set.remove(&value);
-        if set.is_empty() {
-            map.remove(&key);
         }
     }
 }

@@ -10,18 +10,21 @@ use std::sync::Arc;
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use situ::correction::Told;
+use situ::correction::{Correction as Corrected, Oracle};
 use situ::decisions::Decisions;
 use situ::demonstration::{Demonstration, Feature, Gripper, Keyframe, Kind, Pose, Schema, State};
 use situ::edit::Edit;
+use situ::fold::situ;
 use situ::keyframe::learner::KeyframeLearner;
 use situ::keyframe::parameters::KeyframeParameters;
 use situ::keyframe::pose::{Tangent, exp};
 use situ::method::rebuild::rebuild;
 use situ::place::{Place, SegmentId};
+use situ::primitive::Learner;
 use situ::random::{standard_normal, stream};
 use situ::segmentation::by_reference_object;
 use situ::task_model::{History, TaskModel};
+use situ::trace::Trace;
 
 /// A keyframe task model.
 pub(crate) type Model = TaskModel<KeyframeLearner>;
@@ -113,10 +116,10 @@ impl Correction {
         Place::Node(model.node_of(self.after).expect("the first original visits every skill"))
     }
 
-    /// What an oracle is told: of a modification, which skills have changed.
-    pub(crate) fn told(&self) -> Told {
+    /// What an oracle says: of a modification, which skills have changed.
+    pub(crate) fn oracle(&self) -> Oracle {
         let first = self.demonstration.keyframes()[0].narration.clone();
-        Told { changed: first.filter(|_| self.planted == Planted::Modified).into_iter().collect() }
+        Oracle { changed: first.filter(|_| self.planted == Planted::Modified).into_iter().collect() }
     }
 
     /// The place that ran last, in a model of which only the graph is seen.
@@ -320,4 +323,16 @@ pub(crate) fn spelt(words: &[(u8, f64, f64)], last: f64, carried_to_end: bool) -
     };
     let keyframes = words.iter().map(keyframe).collect();
     Demonstration::new("spelt", Kind::Original, &schema, keyframes, State::new([last]), carried_to_end).unwrap()
+}
+
+/// A copy of a model with a correction folded in by SITU, and what was done.
+pub(crate) fn folded<L: Learner + Clone>(
+    correction: Corrected<'_>,
+    model: &TaskModel<L>,
+    learner: &L,
+    decisions: &Decisions,
+) -> (TaskModel<L>, Trace) {
+    let mut model = model.clone();
+    let trace = situ(correction, &mut model, learner, decisions).expect("it can be learned");
+    (model, trace)
 }

@@ -2,16 +2,16 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
-use std::mem::{discriminant, replace};
+use std::mem::discriminant;
 
 use situ::decisions::Decisions;
 use situ::demonstration::{Demonstration, Pose, State};
+use situ::fold::situ;
 use situ::keyframe::learner::KeyframeLearner;
 use situ::keyframe::parameters::KeyframeParameters;
 use situ::method::rebuild::rebuild;
 use situ::place::Place;
 use situ::primitive::Learner;
-use situ::situ::situ;
 use situ::task_model::TaskModel;
 use situ::trace::{Branch, Counters, MatchedIn, Step};
 
@@ -150,10 +150,7 @@ fn taught<L: Learner>(originals: &[Demonstration], learner: &L) -> TaskModel<L> 
 
 /// Folds a correction in, and returns what was decided.
 fn corrected<L: Learner>(model: &mut TaskModel<L>, shown: &Shown, learner: &L) -> Vec<Step> {
-    let before = replace(model, TaskModel::new(model.calibration().clone()));
-    let correction = shown.of(&before);
-    let (after, trace) =
-        situ(correction, before, learner, &Decisions::default()).expect("every segment can be learned");
-    *model = after;
+    let correction = shown.of(model);
+    let trace = situ(correction, model, learner, &Decisions::default()).expect("every segment can be learned");
     trace.steps.into_iter().map(|step| Step { counters: Counters::default(), ..step }).collect()
 }

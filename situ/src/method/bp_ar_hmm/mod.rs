@@ -46,15 +46,16 @@ use self::automaton::{Automaton, Shown};
 use self::labelling::{Labelling, label};
 use self::parameters::BpArHmmParameters;
 use self::recording::{Frame, record};
-use super::{Learned, Method, Role};
+use super::{Learned, Method, Original, Role};
 use crate::correction::Correction;
 use crate::demonstration::{Demonstration, RelativeKeyframe, Schema, State};
 use crate::edit::Edit;
 use crate::error::SituError;
-use crate::graph::{Graph, Node};
+use crate::graph::{Graph, GraphNode};
 use crate::keyframe::policy::Execution;
 use crate::place::{NodeId, Place};
 use crate::random::stream;
+use crate::segmentation::lengths;
 use crate::trace::{Counters, Trace};
 
 /// The method.
@@ -87,12 +88,12 @@ impl Method for BpArHmm {
         &Edit::ALL
     }
 
-    fn teach(
+    fn learn_original(
         &self,
         schema: &Schema,
         demonstrations: &[Demonstration],
         seed: u64,
-    ) -> Result<Box<dyn Learned>, SituError> {
+    ) -> Result<Original, SituError> {
         demonstrations.iter().try_for_each(|demonstration| demonstration.check_features(schema.len()))?;
         if demonstrations.is_empty() {
             return Err(SituError::NoDemonstration);
@@ -110,7 +111,7 @@ impl Method for BpArHmm {
         });
         let scales = schema.features().iter().map(|feature| feature.scale).collect();
         let (task, _) = Task::built(shown.collect(), scales, self.parameters, seed)?;
-        Ok(Box::new(task))
+        Ok(Original::of(task))
     }
 }
 
@@ -149,7 +150,7 @@ impl Task {
 
 impl Learned for Task {
     fn correct(&mut self, correction: Correction<'_>) -> Result<Trace, SituError> {
-        let Correction { last, interrupted, demonstration, told: _ } = correction;
+        let Correction { last, interrupted, demonstration, .. } = correction;
         demonstration.check_features(self.scales.len())?;
         let after = match last {
             Place::Start => None,
@@ -179,13 +180,17 @@ impl Learned for Task {
     }
 
     fn graph(&self) -> Graph {
-        let node = |(id, node): (u32, &automaton::Node)| Node {
+        let node = |(id, node): (u32, &automaton::Node)| GraphNode {
             id: NodeId(id),
             reference: node.skill.reference.clone(),
             segments: node.segments.clone(),
             path: node.skill.mean_path(),
         };
-        Graph { nodes: (0..).zip(&self.automaton.nodes).map(node).collect(), edges: self.automaton.edges() }
+        Graph {
+            nodes: (0..).zip(&self.automaton.nodes).map(node).collect(),
+            edges: self.automaton.edges(),
+            lengths: self.shown.iter().map(|shown| lengths(&shown.demonstration)).collect(),
+        }
     }
 
     fn boxed(&self) -> Box<dyn Learned> {

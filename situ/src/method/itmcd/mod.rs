@@ -32,6 +32,7 @@ pub mod candidate;
 pub mod criterion;
 pub mod frames;
 pub mod parameters;
+mod planned;
 pub mod selection;
 pub mod starhmm;
 mod task;
@@ -39,7 +40,7 @@ mod task;
 use crate::demonstration::{Demonstration, Schema};
 use crate::edit::Edit;
 use crate::error::SituError;
-use crate::method::{KEYFRAME_AUTOMATON, Learned, Method, Role};
+use crate::method::{KEYFRAME_AUTOMATON, KeyframeAutomaton, Learned, Method, Original, Role};
 
 use parameters::ItmcdParameters;
 pub use task::ItmcdTask;
@@ -76,7 +77,16 @@ impl Method for Itmcd {
         &Edit::ALL
     }
 
-    fn teach(&self, schema: &Schema, demonstrations: &[Demonstration], _: u64) -> Result<Box<dyn Learned>, SituError> {
-        Ok(Box::new(ItmcdTask::teach(schema, demonstrations, self.parameters)?))
+    fn learn_original(
+        &self,
+        schema: &Schema,
+        demonstrations: &[Demonstration],
+        seed: u64,
+    ) -> Result<Original, SituError> {
+        KeyframeAutomaton::learn(schema, demonstrations, seed).map(Original::Keyframe)
+    }
+
+    fn take_over(&self, original: &Original) -> Result<Box<dyn Learned>, SituError> {
+        Ok(Box::new(ItmcdTask::new(original.keyframe(self.name())?, self.parameters)?))
     }
 }

@@ -1,6 +1,5 @@
 //! A keyframe task model that is corrected by the edit that AICc chooses.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rand_chacha::ChaCha8Rng;
@@ -9,23 +8,21 @@ use super::automaton::{Automaton, Retired, steps};
 use super::candidate::Candidate;
 use super::frames::Frames;
 use super::parameters::ItmcdParameters;
+use super::planned::Planned;
 use super::selection::{Plan, Round, Shown, select};
 use crate::correction::Correction;
 use crate::decisions::Decisions;
-use crate::demonstration::{Demonstration, RelativeKeyframe, Schema, Segment, State};
+use crate::demonstration::{RelativeKeyframe, Segment, State};
 use crate::error::SituError;
+use crate::fold::fold;
 use crate::graph::Graph;
 use crate::keyframe::learner::KeyframeLearner;
-use crate::keyframe::parameters::KeyframeParameters;
 use crate::keyframe::policy::Execution;
-use crate::method::Learned;
-use crate::method::original::keyframe_automaton;
+use crate::method::{KeyframeAutomaton, Learned};
 use crate::place::{NodeId, Place};
-use crate::primitive::Learner;
 use crate::segmentation::by_reference_object;
-use crate::situ::{Target, commit, end};
 use crate::task_model::{History, TaskModel};
-use crate::trace::{Branch, Counters, MatchedIn, Step, Trace};
+use crate::trace::{Counters, Trace};
 
 /// A task model, and what the last correction was found to need.
 #[derive(Clone)]
@@ -43,24 +40,20 @@ pub struct ItmcdTask {
 }
 
 impl ItmcdTask {
-    /// The original model, which is that of every keyframe method.
+    /// Takes over the original model, which is that of every keyframe method.
     ///
     /// # Errors
-    /// As [`crate::method::Method::teach`]; [`SituError::Parameter`] where fewer than two points stand for a segment.
-    pub fn teach(
-        schema: &Schema,
-        demonstrations: &[Demonstration],
-        parameters: ItmcdParameters,
-    ) -> Result<Self, SituError> {
+    /// [`SituError::Parameter`] where fewer than two points stand for a segment.
+    pub fn new(original: &KeyframeAutomaton, parameters: ItmcdParameters) -> Result<Self, SituError> {
         if parameters.points < 2 {
             let (parameter, value) = ("points", parameters.points as f64);
             return Err(SituError::Parameter { parameter, value, rule: "must be at least 2" });
         }
         Ok(Self {
-            model: keyframe_automaton(schema, demonstrations)?,
-            learner: KeyframeLearner::new(schema, KeyframeParameters::default()),
+            model: TaskModel::clone(&original.model),
+            learner: original.learner(),
             decisions: Decisions::mended(),
-            scales: schema.features().iter().map(|feature| feature.scale).collect(),
+            scales: original.schema.features().iter().map(|feature| feature.scale).collect(),
             parameters,
             retired: Retired::new(),
             rounds: Vec::new(),
@@ -105,77 +98,25 @@ impl ItmcdTask {
         select(automaton, sequences, &shown, self.model.next_id(), &self.parameters, counters)
     }
 
-    /// Folds the correction in as SITU does (Algorithm 2 from line 5 on), but that the plan says what each segment is; then the edges that
+    /// Folds the correction in: the plan says what each segment is, and the rest is Algorithm 2. Then the edges follow that
     /// the plan wants and the correction did not walk.
-    fn fold(&mut self, last: Place, shown: History, plan: &Plan, nodes: &[NodeId]) -> Result<Trace, SituError> {
-        let carried_to_end = shown.carried_to_end;
-        let candidates: usize = plan.rounds.iter().map(|round| round.evaluations.len()).sum();
-        let (mut modified, mut unmade) = (BTreeSet::new(), BTreeSet::new());
-        for edit in plan.edits() {
-            match edit {
-                Candidate::Modify { node, .. } => modified.insert(node),
-                Candidate::Node { new, .. } => unmade.insert(new),
-                Candidate::Nothing | Candidate::Edge { .. } => continue,
-            };
-        }
-        // A planned node that no segment was placed in is not made; the ids of those behind it move up.
-        let mut made: BTreeMap<NodeId, NodeId> = BTreeMap::new();
-        let (mut a, mut trace) = (last, Trace::default());
-        let index = self.model.histories().len() as u32;
-        for (d, planned) in self.model.begin(shown).into_iter().zip(nodes) {
-            let segment = self.model.segment(d).clone();
-            let (model_size, mut counters) = (self.model.len(), Counters::default());
-            // A node that this correction makes has no older way to replace.
-            let replaces = modified.remove(planned);
-            let mut own = || self.learner.fit_policy(&[&segment], &mut counters);
-            let target = if unmade.remove(planned) {
-                Target::New(own()?)
-            } else {
-                let z = made.get(planned).copied().unwrap_or(*planned);
-                if replaces {
-                    let old = self.model.node(z)?.policy_segments.clone();
-                    self.retired.entry(z).or_default().push(old);
-                    Target::Modify(z, own()?)
-                } else {
-                    Target::Existing(z)
-                }
-            };
-            let branch = target.branch();
-            let matched_in = if branch == Branch::New { MatchedIn::None } else { MatchedIn::Reference };
-            let (node, edge_added) =
-                commit(a, d, target, &mut self.model, &self.learner, &self.decisions, &mut counters)?;
-            if branch == Branch::New {
-                made.insert(*planned, node);
-            }
-            trace.counters += counters;
-            trace.steps.push(Step {
-                reference: segment.reference.to_string(),
-                // Nothing is indexed: the edits of every primitive are weighed.
-                applicable: model_size,
-                model_size,
-                candidates,
-                matched_in,
-                branch,
-                node,
-                after: a,
-                edge_added,
-                merged: Vec::new(),
-                counters,
-            });
-            a = Place::Node(node);
-        }
-        if carried_to_end {
-            end(a, index, &mut self.model, &self.learner, &self.decisions, &mut trace.counters)?;
+    fn fold(
+        &mut self,
+        correction: Correction<'_>,
+        shown: History,
+        plan: &Plan,
+        nodes: &[NodeId],
+    ) -> Result<Trace, SituError> {
+        let mut planned = Planned::new(plan, nodes);
+        let Self { model, learner, decisions, .. } = self;
+        let trace = fold(correction, shown, model, learner, decisions, &mut planned)?;
+        for (node, old) in std::mem::take(&mut planned.retired) {
+            self.retired.entry(node).or_default().push(old);
         }
         for edit in plan.edits() {
-            let actual = |place: Place| match place {
-                Place::Node(name) if unmade.contains(&name) => None,
-                Place::Node(name) => Some(Place::Node(made.get(&name).copied().unwrap_or(name))),
-                other => Some(other),
-            };
             let (from, to) = match edit {
-                Candidate::Edge { from, to } => (actual(from), actual(to)),
-                Candidate::Node { new, to, .. } => (actual(Place::Node(new)), actual(to)),
+                Candidate::Edge { from, to } => (planned.actual(from), planned.actual(to)),
+                Candidate::Node { new, to, .. } => (planned.actual(Place::Node(new)), planned.actual(to)),
                 Candidate::Nothing | Candidate::Modify { .. } => continue,
             };
             if let (Some(from), Some(to)) = (from, to) {
@@ -188,16 +129,14 @@ impl ItmcdTask {
 
 impl Learned for ItmcdTask {
     fn correct(&mut self, correction: Correction<'_>) -> Result<Trace, SituError> {
-        let Correction { last, interrupted, demonstration, told: _ } = correction;
+        let Correction { last, demonstration, .. } = correction;
         demonstration.check_features(self.scales.len())?;
-        let after = self.model.origin(last)?;
-        interrupted.map(|id| self.model.node(id)).transpose()?;
-        let shown = History::new(demonstration, by_reference_object(demonstration), after);
+        let shown = self.model.history(&correction, by_reference_object(demonstration))?;
         let mut counters = Counters::default();
         let plan = self.plan(last, &shown, &mut counters)?;
         let mut trace = Trace::default();
         match &plan.nodes {
-            Some(nodes) => trace = self.fold(last, shown, &plan, nodes)?,
+            Some(nodes) => trace = self.fold(correction, shown, &plan, nodes)?,
             None => self.refused.push(self.model.histories().len() as u32),
         }
         // The search is the work of the whole correction, not of a segment.
@@ -225,6 +164,9 @@ impl Learned for ItmcdTask {
         for segment in graph.nodes.iter_mut().flat_map(|node| &mut node.segments) {
             let held = segment.demonstration;
             segment.demonstration += self.refused.iter().filter(|at| **at <= held).count() as u32;
+        }
+        for (before, at) in self.refused.iter().enumerate() {
+            graph.lengths.insert(*at as usize + before, Vec::new());
         }
         graph
     }

@@ -4,9 +4,9 @@ use crate::decisions::Modify;
 use crate::demonstration::Segment;
 use crate::error::SituError;
 use crate::keyframe::learner::KeyframeLearner;
+use crate::mending::{first_near, suspects};
 use crate::place::{NodeId, Place};
 use crate::primitive::Learner;
-use crate::situ::{near_enough, suspects};
 use crate::task_model::TaskModel;
 use crate::trace::Counters;
 
@@ -44,6 +44,6 @@ impl Attribution<'_> {
             return Ok(None);
         }
         let own = self.learner.fit_policy(&[segment], counters)?;
-        near_enough(self.model, &suspects, &own, self.learner, self.rule, counters)
+        first_near(self.model, &suspects, &own, self.learner, self.rule, counters)
     }
 }

@@ -24,8 +24,7 @@ mod task;
 
 pub use refine::{Refine, Refined};
 
-use super::original::KEYFRAME_AUTOMATON;
-use super::{Learned, Method, Role};
+use super::{KEYFRAME_AUTOMATON, KeyframeAutomaton, Learned, Method, Original, Role};
 use crate::demonstration::{Demonstration, Schema};
 use crate::edit::Edit;
 use crate::error::SituError;
@@ -104,7 +103,16 @@ impl<R: Refine> Method for RefinementMethod<R> {
         &[Edit::NodeModification, Edit::None]
     }
 
-    fn teach(&self, schema: &Schema, demonstrations: &[Demonstration], _: u64) -> Result<Box<dyn Learned>, SituError> {
-        Ok(Box::new(task::RefinedTask::teach(self.refine, schema, demonstrations)?))
+    fn learn_original(
+        &self,
+        schema: &Schema,
+        demonstrations: &[Demonstration],
+        seed: u64,
+    ) -> Result<Original, SituError> {
+        KeyframeAutomaton::learn(schema, demonstrations, seed).map(Original::Keyframe)
+    }
+
+    fn take_over(&self, original: &Original) -> Result<Box<dyn Learned>, SituError> {
+        Ok(Box::new(task::RefinedTask::new(self.refine, original.keyframe(self.name)?)))
     }
 }

@@ -11,16 +11,14 @@ use super::attribution::Attribution;
 use super::refine::Refine;
 use crate::correction::Correction;
 use crate::decisions::Decisions;
-use crate::demonstration::{Demonstration, RelativeKeyframe, Schema, Segment, State};
+use crate::demonstration::{RelativeKeyframe, Segment, State};
 use crate::error::SituError;
 use crate::graph::Graph;
 use crate::keyframe::interpolate::resample;
 use crate::keyframe::learner::KeyframeLearner;
-use crate::keyframe::parameters::KeyframeParameters;
 use crate::keyframe::policy::{Execution, draw};
 use crate::keyframe::pose::exp;
-use crate::method::Learned;
-use crate::method::original::keyframe_automaton;
+use crate::method::{KeyframeAutomaton, Learned};
 use crate::place::{NodeId, Place, SegmentId};
 use crate::segmentation::by_reference_object;
 use crate::task_model::TaskModel;
@@ -34,8 +32,8 @@ pub(super) struct RefinedTask<R: Refine> {
     model: Arc<TaskModel<KeyframeLearner>>,
     learner: KeyframeLearner,
     decisions: Decisions,
-    /// The number of corrections so far, with those that were ignored. They number the segments.
-    corrections: u32,
+    /// The lengths, in keyframes, of the segments of all corrections, of use or not: the corrections number their segments.
+    corrections: Vec<Vec<usize>>,
     corrected: BTreeMap<NodeId, Corrected<R::Primitive>>,
 }
 
@@ -48,11 +46,10 @@ struct Corrected<P> {
 }
 
 impl<R: Refine> RefinedTask<R> {
-    pub(super) fn teach(refine: R, schema: &Schema, demonstrations: &[Demonstration]) -> Result<Self, SituError> {
-        let model = Arc::new(keyframe_automaton(schema, demonstrations)?);
-        let learner = KeyframeLearner::new(schema, KeyframeParameters::default());
+    pub(super) fn new(refine: R, original: &KeyframeAutomaton) -> Self {
+        let (model, learner) = (Arc::clone(&original.model), original.learner());
         let decisions = Decisions::mended();
-        Ok(Self { refine, model, learner, decisions, corrections: 0, corrected: BTreeMap::new() })
+        Self { refine, model, learner, decisions, corrections: Vec::new(), corrected: BTreeMap::new() }
     }
 
     /// The node as it is now. If no correction was about it before, it is made from the original.
@@ -69,25 +66,24 @@ impl<R: Refine> RefinedTask<R> {
 
 impl<R: Refine> Learned for RefinedTask<R> {
     fn correct(&mut self, correction: Correction<'_>) -> Result<Trace, SituError> {
-        let Correction { last, mut interrupted, demonstration, told: _ } = correction;
+        let Correction { last, mut interrupted, demonstration, .. } = correction;
         demonstration.check_features(self.learner.features())?;
-        self.model.origin(last)?;
-        interrupted.map(|id| self.model.node(id)).transpose()?;
+        let history = self.model.history(&correction, by_reference_object(demonstration))?;
+        let number = (self.model.histories().len() + self.corrections.len()) as u32;
         let mut trace = Trace::default();
         let mut touched: BTreeMap<NodeId, Corrected<R::Primitive>> = BTreeMap::new();
         let mut a = last;
         if let Some(rule) = &self.decisions.modify {
             let attribution = Attribution { model: &self.model, learner: &self.learner, rule };
-            for (index, segment) in (0..).zip(by_reference_object(demonstration)) {
-                let about = attribution.of(a, interrupted.take(), &segment, &mut trace.counters)?;
+            for (index, segment) in (0..).zip(&history.segments) {
+                let about = attribution.of(a, interrupted.take(), segment, &mut trace.counters)?;
                 let Some(id) = about else { continue };
                 let mut node = match touched.remove(&id) {
                     Some(node) => node,
                     None => self.corrected(id, &mut trace)?,
                 };
-                self.refine.correct(&mut node.primitive, &segment, &mut trace.counters)?;
-                let demonstration = self.model.histories().len() as u32 + self.corrections;
-                node.segments.push(SegmentId { demonstration, index });
+                self.refine.correct(&mut node.primitive, segment, &mut trace.counters)?;
+                node.segments.push(SegmentId { demonstration: number, index });
                 touched.insert(id, node);
                 a = Place::Node(id);
             }
@@ -95,7 +91,7 @@ impl<R: Refine> Learned for RefinedTask<R> {
         // This comes last, so that an error leaves the model as it was.
         trace.counters.nodes_touched += touched.len() as u64;
         self.corrected.append(&mut touched);
-        self.corrections += 1;
+        self.corrections.push(history.lengths());
         Ok(trace)
     }
 
@@ -125,6 +121,7 @@ impl<R: Refine> Learned for RefinedTask<R> {
 
     fn graph(&self) -> Graph {
         let mut graph = Graph::of(&self.model, &self.learner);
+        graph.lengths.extend(self.corrections.iter().cloned());
         let parameters = self.learner.parameters();
         for node in &mut graph.nodes {
             let Some(corrected) = self.corrected.get(&node.id) else { continue };
@@ -144,10 +141,10 @@ impl<R: Refine> Learned for RefinedTask<R> {
         #[derive(Serialize)]
         struct Whole<'a, P: Serialize> {
             model: &'a TaskModel<KeyframeLearner>,
-            corrections: u32,
+            corrections: usize,
             corrected: &'a BTreeMap<NodeId, Corrected<P>>,
         }
-        let whole = Whole { model: &self.model, corrections: self.corrections, corrected: &self.corrected };
+        let whole = Whole { model: &self.model, corrections: self.corrections.len(), corrected: &self.corrected };
         serde_json::to_value(whole).expect("a model's keys are numbers or strings and its numbers finite")
     }
 }

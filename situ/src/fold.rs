@@ -1,0 +1,56 @@
+//! Corrections folded in: SITU, and the one driver of every method whose corrections end in Algorithm 2.
+
+use crate::correction::Correction;
+use crate::decisions::Decisions;
+use crate::error::SituError;
+use crate::placement::{ByPolicy, Placement};
+use crate::primitive::Learner;
+use crate::segmentation::by_reference_object;
+use crate::task_model::{History, TaskModel};
+use crate::trace::Trace;
+use crate::update::Update;
+
+/// SITU: folds a correction into a task model, all of it or nothing.
+///
+/// The cost depends on the applicable primitives and their neighbours, not on the size of the model. Only the scan of A1.6
+/// grows with the model.
+///
+/// # Errors
+/// Where the last primitive is END or not in the model, the interrupted one is not in the model, or the learner refuses a
+/// segment. The model is then as it was before.
+pub fn situ<L: Learner>(
+    correction: Correction<'_>,
+    model: &mut TaskModel<L>,
+    learner: &L,
+    decisions: &Decisions,
+) -> Result<Trace, SituError> {
+    let history = model.history(&correction, by_reference_object(correction.demonstration))?;
+    fold(correction, history, model, learner, decisions, &mut ByPolicy)
+}
+
+/// Folds a correction in by Algorithms 1 and 2, all of it or nothing. `history` is the correction as the model writes it
+/// down ([`TaskModel::history`]); `placement` decides where its segments belong.
+///
+/// # Errors
+/// Where the learner refuses a segment. The model is then as it was before.
+pub fn fold<L: Learner, P: Placement<L>>(
+    correction: Correction<'_>,
+    history: History,
+    model: &mut TaskModel<L>,
+    learner: &L,
+    decisions: &Decisions,
+    placement: &mut P,
+) -> Result<Trace, SituError> {
+    let demonstration = model.histories().len() as u32;
+    let carried_to_end = history.carried_to_end;
+    model.all_or_nothing(|model| {
+        let segments = model.begin(history);
+        let mut update = Update::new(model, learner, decisions);
+        update.interrupted = correction.interrupted;
+        let a = update.situ(correction.last, &segments, placement)?;
+        if carried_to_end {
+            update.end(a, demonstration)?; // D11
+        }
+        Ok(update.into_trace())
+    })
+}

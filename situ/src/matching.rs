@@ -1,0 +1,26 @@
+//! What Cluster and Find-Policy find for a segment.
+
+use crate::place::NodeId;
+use crate::trace::MatchedIn;
+
+/// Clusters of primitives, as Cluster leaves them (A2.2). The default is a segment that was compared with nothing.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Clusters {
+    /// A node of the segment's own cluster: the segment is an instance of it. `None` where the segment is alone.
+    pub own: Option<NodeId>,
+    /// Groups of two or more nodes that belong together. The segment's own cluster can be among them.
+    pub groups: Vec<Vec<NodeId>>,
+    /// Where the segment's own cluster was found.
+    pub matched_in: MatchedIn,
+    /// How many nodes were compared with the segment.
+    pub compared: usize,
+}
+
+/// What Find-Policy finds (`i` of A2.4): the primitive that a segment belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Match {
+    /// The primitive.
+    pub node: NodeId,
+    /// Whether the segment replaces its policy (decision D18). Otherwise the segment is one more instance.
+    pub replaces: bool,
+}

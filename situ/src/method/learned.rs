@@ -1,0 +1,46 @@
+//! What a method has learned: a task model that can be executed and corrected.
+
+use std::sync::Arc;
+
+use rand_chacha::ChaCha8Rng;
+
+use crate::correction::Correction;
+use crate::demonstration::{RelativeKeyframe, State};
+use crate::error::SituError;
+use crate::graph::Graph;
+use crate::keyframe::policy::Execution;
+use crate::place::{NodeId, Place};
+use crate::trace::Trace;
+
+/// A task model that a method keeps up to date, and that can be executed.
+pub trait Learned: Send + Sync {
+    /// Folds a correction in, all of it or nothing.
+    ///
+    /// # Errors
+    /// Where what is said to have run cannot have run, the states are of another schema, or the learner refuses a segment.
+    /// The model is then as it was before.
+    fn correct(&mut self, correction: Correction<'_>) -> Result<Trace, SituError>;
+
+    /// The place that most probably follows `last` in `state`, and its probability; `None` where no place follows.
+    fn next(&self, last: Place, state: &State) -> Option<(Place, f64)>;
+
+    /// The reference object of a primitive, and the keyframes of one execution relative to it.
+    ///
+    /// # Errors
+    /// [`SituError::UnknownNode`].
+    fn keyframes(
+        &self,
+        node: NodeId,
+        execution: Execution,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError>;
+
+    /// The structure.
+    fn graph(&self) -> Graph;
+
+    /// A copy.
+    fn boxed(&self) -> Box<dyn Learned>;
+
+    /// The whole model, every number of it: equal models give equal text.
+    fn to_json(&self) -> serde_json::Value;
+}

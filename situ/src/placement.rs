@@ -1,0 +1,77 @@
+//! What decides where a segment belongs: lines A1.6, A2.2 and A2.4 of the listing.
+//!
+//! SITU indexes the model by its classifiers and compares policies ([`ByPolicy`]). Other methods are told, or plan ahead;
+//! what follows from their answers is Algorithm 2 all the same.
+
+use crate::error::SituError;
+use crate::matching::{Clusters, Match};
+use crate::place::{NodeId, Place, SampleId, SegmentId};
+use crate::primitive::Learner;
+use crate::update::Update;
+
+/// Decides where a segment belongs.
+pub trait Placement<L: Learner> {
+    /// A1.6: `Z`, the primitives that are applicable in the state of a sample. Empty for those who do not index.
+    fn applicable(&mut self, update: &mut Update<'_, L>, state: SampleId) -> Vec<NodeId>;
+
+    /// A2.2: Cluster. No clusters for those who do not search.
+    ///
+    /// # Errors
+    /// Where the learner refuses the segment, or `applicable` names a node that is not in the model.
+    fn cluster(
+        &mut self,
+        update: &mut Update<'_, L>,
+        segment: SegmentId,
+        applicable: &[NodeId],
+    ) -> Result<Clusters, SituError> {
+        let _ = (update, segment, applicable);
+        Ok(Clusters::default())
+    }
+
+    /// A2.4: Find-Policy, for a segment that was shown after `a`. `own` is the node of the segment's own cluster as it is
+    /// called after Local-Reconnect. `None` is the listing's `∅`.
+    ///
+    /// # Errors
+    /// Where the learner refuses the segment.
+    fn find_policy(
+        &mut self,
+        update: &mut Update<'_, L>,
+        a: Place,
+        segment: SegmentId,
+        own: Option<NodeId>,
+    ) -> Result<Option<Match>, SituError>;
+}
+
+/// SITU: by the classifiers, then by the policies.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ByPolicy;
+
+impl<L: Learner> Placement<L> for ByPolicy {
+    fn applicable(&mut self, update: &mut Update<'_, L>, state: SampleId) -> Vec<NodeId> {
+        let state = update.model.state(state).clone();
+        update.model.applicable(&state, &mut update.counters)
+    }
+
+    /// The keyframe instantiation of the paper clusters the segment's own policy together with the others, so that Cluster
+    /// does the work of Find-Policy, too (decision D4). Decision D10 chooses what is compared.
+    fn cluster(
+        &mut self,
+        update: &mut Update<'_, L>,
+        segment: SegmentId,
+        applicable: &[NodeId],
+    ) -> Result<Clusters, SituError> {
+        let candidates = update.candidates(segment, applicable);
+        let clusters = update.cluster(segment, &candidates)?;
+        update.ask_further(segment, &candidates, clusters)
+    }
+
+    fn find_policy(
+        &mut self,
+        update: &mut Update<'_, L>,
+        a: Place,
+        segment: SegmentId,
+        own: Option<NodeId>,
+    ) -> Result<Option<Match>, SituError> {
+        update.mend_match(a, segment, own)
+    }
+}

@@ -1,0 +1,232 @@
+//! A correction being folded into a task model: what the lines of Algorithms 1 and 2 call, under the listing's names.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::decisions::Decisions;
+use crate::error::SituError;
+use crate::matching::{Clusters, Match};
+use crate::place::{NodeId, Place, SampleId, Samples, SegmentId};
+use crate::primitive::Learner;
+use crate::task_model::TaskModel;
+use crate::trace::{Branch, Counters, MatchedIn, Step, Trace};
+
+/// A task model `T` under correction, the learner and the decisions, and what was done so far.
+pub struct Update<'a, L: Learner> {
+    /// `T`.
+    pub model: &'a mut TaskModel<L>,
+    /// Fits and compares.
+    pub learner: &'a L,
+    /// The open decisions.
+    pub decisions: &'a Decisions,
+    /// The primitive that was interrupted, until the first segment has been asked whether it shows another way of it (D18).
+    pub interrupted: Option<NodeId>,
+    /// The work of the step under way.
+    pub counters: Counters,
+    /// A segment's own policy, from the moment when it is fitted until a primitive takes it.
+    own: Option<(SegmentId, L::Policy)>,
+    steps: Vec<Step>,
+}
+
+/// The new ids of the nodes that Local-Reconnect has merged (decision D9).
+pub struct Renamed(BTreeMap<NodeId, NodeId>);
+
+impl Renamed {
+    /// The node that was called `id`. A node that was not merged keeps its id.
+    pub fn node(&self, id: NodeId) -> NodeId {
+        self.0.get(&id).copied().unwrap_or(id)
+    }
+
+    /// The same for a place.
+    pub fn place(&self, place: Place) -> Place {
+        if let Place::Node(id) = place { Place::Node(self.node(id)) } else { place }
+    }
+}
+
+impl<'a, L: Learner> Update<'a, L> {
+    /// An update that has done nothing yet.
+    pub fn new(model: &'a mut TaskModel<L>, learner: &'a L, decisions: &'a Decisions) -> Self {
+        let counters = Counters::default();
+        Self { model, learner, decisions, interrupted: None, counters, own: None, steps: Vec::new() }
+    }
+
+    /// D17: begins the step of a segment.
+    pub(crate) fn begin_step(&mut self, d: SegmentId) {
+        self.steps.push(Step::new(&self.model.segment(d).reference, self.model.len()));
+        self.counters = Counters::default();
+    }
+
+    /// D17: ends the step; so many primitives were applicable.
+    pub(crate) fn end_step(&mut self, applicable: usize) {
+        let counters = std::mem::take(&mut self.counters);
+        if let Some(step) = self.steps.last_mut() {
+            step.applicable = applicable;
+            step.counters = counters;
+        }
+    }
+
+    /// D17: what was done. Work outside of the steps (END) counts in the sum alone.
+    pub(crate) fn into_trace(self) -> Trace {
+        let mut counters = self.counters;
+        self.steps.iter().for_each(|step| counters += step.counters);
+        Trace { steps: self.steps, counters }
+    }
+
+    fn note(&mut self, note: impl FnOnce(&mut Step)) {
+        if let Some(step) = self.steps.last_mut() {
+            note(step);
+        }
+    }
+
+    /// Cluster (A2.2): the segment's own policy and those of the candidates, whatever their order.
+    ///
+    /// # Errors
+    /// Where the learner refuses the segment; [`SituError::UnknownNode`].
+    pub fn cluster(&mut self, d: SegmentId, candidates: &[NodeId]) -> Result<Clusters, SituError> {
+        let candidates: Vec<NodeId> = BTreeSet::from_iter(candidates.iter().copied()).into_iter().collect();
+        if candidates.is_empty() {
+            return Ok(Clusters::default());
+        }
+        let own = self.fit_policy(d)?;
+        let known = self.model.distances_among(self.learner, &candidates, &mut self.counters)?;
+        let node = |id: &NodeId| Ok(&self.model.node(*id)?.policy);
+        let policies = candidates.iter().map(node).collect::<Result<Vec<_>, SituError>>()?;
+        let calibration = self.model.calibration();
+        let found = self.learner.cluster_and_find(&own, &policies, &known, calibration, &mut self.counters);
+        self.own = Some((d, own));
+        let ids = |indices: &[usize]| indices.iter().map(|index| candidates[*index]).collect::<Vec<_>>();
+        let mut groups = Vec::new();
+        if self.decisions.merge_redundant {
+            groups.extend(found.redundant.iter().map(|group| ids(group)));
+        }
+        if found.matched.len() > 1 {
+            groups.push(ids(&found.matched));
+        }
+        let own = found.matched.first().map(|index| candidates[*index]);
+        let matched_in = if own.is_some() { MatchedIn::Index } else { MatchedIn::None };
+        Ok(Clusters { own, groups, matched_in, compared: candidates.len() })
+    }
+
+    /// Local-Reconnect (A2.3).
+    ///
+    /// # Errors
+    /// Where the learner refuses.
+    pub(crate) fn local_reconnect(&mut self, clusters: &Clusters) -> Result<Renamed, SituError> {
+        let subtract = self.decisions.subtract_own_positives;
+        let Self { model, learner, counters, .. } = self;
+        let renamed = Renamed(model.local_reconnect(learner, &clusters.groups, subtract, counters)?);
+        self.interrupted = self.interrupted.map(|id| renamed.node(id));
+        let merged = clusters.groups.iter().map(|group| (group.clone(), renamed.node(group[0]))).collect();
+        let Clusters { matched_in, compared, .. } = *clusters;
+        self.note(|step| (step.merged, step.matched_in, step.candidates) = (merged, matched_in, compared));
+        Ok(renamed)
+    }
+
+    /// `S(children(r))` over these places `r` (A2.7, A2.17): the states in which their children begin.
+    pub(crate) fn starts_of_children(&self, places: impl IntoIterator<Item = Place>) -> BTreeSet<SampleId> {
+        self.model.starts(places.into_iter().flat_map(|place| self.model.children(place)))
+    }
+
+    /// Fit-Policy (A2.8): the policy of `d` alone. Find-Policy may have asked for it already.
+    ///
+    /// # Errors
+    /// Where the learner refuses the segment.
+    pub(crate) fn fit_policy(&mut self, d: SegmentId) -> Result<L::Policy, SituError> {
+        match self.own.take().filter(|(segment, _)| *segment == d) {
+            Some((_, policy)) => Ok(policy),
+            None => self.learner.fit_policy(&[&**self.model.segment(d)], &mut self.counters),
+        }
+    }
+
+    /// Lends the policy of `d` alone, as [`Update::fit_policy`] makes it.
+    ///
+    /// # Errors
+    /// Where the learner refuses the segment, and those of `work`.
+    pub(crate) fn with_own_policy<T>(
+        &mut self,
+        d: SegmentId,
+        work: impl FnOnce(&mut Self, &L::Policy) -> Result<T, SituError>,
+    ) -> Result<T, SituError> {
+        let policy = self.fit_policy(d)?;
+        let outcome = work(self, &policy)?;
+        self.own = Some((d, policy));
+        Ok(outcome)
+    }
+
+    /// Fit-Classifier (A2.9).
+    ///
+    /// # Errors
+    /// Where the learner refuses.
+    pub(crate) fn fit_classifier(&mut self, samples: &Samples) -> Result<L::Classifier, SituError> {
+        self.model.fit_samples(self.learner, samples, &mut self.counters)
+    }
+
+    /// Add-Node (A2.11).
+    pub(crate) fn add_node(
+        &mut self,
+        d: SegmentId,
+        policy: L::Policy,
+        samples: Samples,
+        classifier: L::Classifier,
+    ) -> NodeId {
+        let z = self.model.add_node(BTreeSet::from([d]), policy, samples, classifier);
+        self.model.place(d, z);
+        self.counters.nodes_touched += 1;
+        self.note(|step| step.branch = Branch::New);
+        z
+    }
+
+    /// Update-Policy (A2.18), as an exact refit; where the segment replaces the policy (D18), as that of the segment alone.
+    ///
+    /// # Errors
+    /// Where the learner refuses; [`SituError::UnknownNode`].
+    pub(crate) fn update_policy(&mut self, d: SegmentId, i: &Match) -> Result<(), SituError> {
+        if i.replaces {
+            let own = self.fit_policy(d)?;
+            self.model.replace_policy(i.node, d, own)?;
+        } else {
+            self.model.adopt(i.node, d)?;
+            self.model.fit_policy(self.learner, i.node, &mut self.counters)?;
+        }
+        self.model.place(d, i.node);
+        self.counters.nodes_touched += 1;
+        self.note(|step| step.branch = if i.replaces { Branch::Modify } else { Branch::Existing });
+        Ok(())
+    }
+
+    /// Update-Classifier (A2.19) by one more positive and these negatives.
+    ///
+    /// # Errors
+    /// Where the learner refuses.
+    pub(crate) fn update_classifier(
+        &mut self,
+        z: NodeId,
+        positive: SampleId,
+        negatives: &BTreeSet<SampleId>,
+    ) -> Result<(), SituError> {
+        self.model.add_positive(z, positive)?;
+        self.model.add_negatives(Place::Node(z), negatives);
+        self.model.fit_classifiers(self.learner, &BTreeSet::from([Place::Node(z)]), &mut self.counters)
+    }
+
+    /// Add-Edge (A2.12, A2.20).
+    pub(crate) fn add_edge(&mut self, a: Place, z: NodeId) {
+        let is_new = self.model.add_edge(a, Place::Node(z));
+        self.note(|step| (step.after, step.node, step.edge_added) = (a, z, is_new));
+    }
+
+    /// D11: the listing has no END. The final state of a demonstration that was carried on to the end is a positive of END,
+    /// after `a`, the primitive that ran last; the siblings are told (D3).
+    ///
+    /// # Errors
+    /// Where the learner refuses.
+    pub(crate) fn end(&mut self, a: Place, demonstration: u32) -> Result<(), SituError> {
+        let siblings = self.model.children(a).filter(|child| *child != Place::End);
+        let before = self.decisions.background.neighbours.then_some(a); // D2
+        let negatives = self.model.starts(siblings.chain(before));
+        self.model.add_final(demonstration);
+        self.model.add_negatives(Place::End, &negatives);
+        self.model.add_edge(a, Place::End);
+        self.model.fit_classifiers(self.learner, &BTreeSet::from([Place::End]), &mut self.counters)?;
+        self.tell_siblings(a, Place::End, SampleId::Final(demonstration))
+    }
+}
