@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use situ::correction::{Correction, Told};
+use situ::correction::{Correction, Oracle};
 use situ::demonstration::{Demonstration, Kind};
 use situ::edit::difference;
-use situ::method::{Learned, Method};
+use situ::method::{Learned, Method, Original};
 use situ::place::{NodeId, Place};
 use situ::structure::Structure;
 use situ_tasks::{Episode, EpisodeSnapshot, Setting, Skill};
@@ -20,7 +20,7 @@ use crate::lesson::Lesson;
 use crate::record::{CorrectionRecord, RunRecord, TeachingEffort};
 use crate::rollout::{Ended, Rollout, Watched, rollout};
 use crate::stop::{self, Stop};
-use crate::teaching::{ATTEMPTS, OriginalTask};
+use crate::teaching::ATTEMPTS;
 
 /// A robot under correction: its task model, and what it was shown.
 pub struct Robot<'a> {
@@ -47,18 +47,24 @@ struct Shown {
 }
 
 impl<'a> Robot<'a> {
-    /// A robot that was taught the original task. `folder` names its corrections in an archive.
+    /// A robot that takes over a model of the original task, taught by these demonstrations. `folder` names its corrections in
+    /// an archive.
     ///
     /// # Errors
-    /// Where the method cannot learn the demonstrations.
-    pub fn taught(
-        conditions: &Conditions<'_>,
+    /// Where the model is of another kind than the method's.
+    pub fn new(
         method: &'a dyn Method,
-        task: &OriginalTask,
+        original: &Original,
+        demonstrations: &[Demonstration],
         folder: String,
     ) -> Result<Self, BenchError> {
-        let model = conditions.learned(method, &task.demonstrations)?;
-        Ok(Self { method, model, lesson: Lesson::new(method, &task.demonstrations), folder })
+        let model = method.take_over(original)?;
+        Ok(Self { method, model, lesson: Lesson::new(demonstrations), folder })
+    }
+
+    /// The method that corrects it.
+    pub fn method(&self) -> &'a dyn Method {
+        self.method
     }
 
     /// Its task model.
@@ -76,18 +82,18 @@ impl<'a> Robot<'a> {
         self.lesson.score(&self.model.graph())
     }
 
-    /// Folds a correction in; returns its record. Skills that the teacher named are no longer among those that `told`
-    /// says to have changed.
-    fn correct(&mut self, shown: Shown, told: &mut Told) -> Result<CorrectionRecord, BenchError> {
+    /// Folds a correction in; returns its record. Skills that the teacher named are no longer among those that the
+    /// oracle says to have changed.
+    fn correct(&mut self, shown: Shown, oracle: &mut Oracle) -> Result<CorrectionRecord, BenchError> {
         let Shown { failure: Failure { trigger, last, interrupted, .. }, demonstration, effort } = shown;
         let before = self.model.graph();
-        let correction = Correction { interrupted, told: Some(&*told), ..Correction::after(last, &demonstration) };
+        let correction = Correction { interrupted, oracle: Some(&*oracle), ..Correction::after(last, &demonstration) };
         let (trace, update_seconds) = cost::timed(|| self.model.correct(correction));
         let trace = trace?;
         for name in demonstration.keyframes().iter().filter_map(|keyframe| keyframe.narration.as_ref()) {
-            told.changed.remove(name);
+            oracle.changed.remove(name);
         }
-        self.lesson.corrected(self.method, &before, last, interrupted, demonstration);
+        self.lesson.corrected(&before, last, interrupted, demonstration);
         let made = difference(&before, &self.model.graph());
         Ok(CorrectionRecord::new(trigger, stop::reference(&before, last), effort, &made, &trace, update_seconds))
     }
@@ -108,7 +114,7 @@ impl Conditions<'_> {
     ) -> Result<Evaluation, BenchError> {
         let budget = self.protocol.budget.corrections;
         let mut last = before.clone();
-        let mut told = Told { changed: changed(setting) };
+        let mut oracle = Oracle { changed: changed(setting) };
         for round in 0..budget {
             if self.is_reached(&last) {
                 break;
@@ -121,7 +127,7 @@ impl Conditions<'_> {
             };
             self.archive_correction(robot, setting, &shown, round)?;
             run.effort += shown.effort;
-            let correction = robot.correct(shown, &mut told)?;
+            let correction = robot.correct(shown, &mut oracle)?;
             last = self.evaluate(robot.model(), setting, round + 1, self.until(round, budget))?;
             run.corrections.push(CorrectionRecord { after: Some(last.rate), ..correction });
         }

@@ -2,9 +2,9 @@
 //! same.
 
 use situ::correction::Correction;
-use situ::demonstration::{Demonstration, Schema};
+use situ::demonstration::Demonstration;
 use situ::graph::Graph;
-use situ::method::{Learned, Method};
+use situ::method::Learned;
 use situ::place::{NodeId, Place};
 use situ::structure::{Structure, Truth};
 
@@ -27,22 +27,15 @@ pub struct Lesson {
 
 impl Lesson {
     /// The demonstrations of the original task.
-    pub fn new(method: &dyn Method, originals: &[Demonstration]) -> Self {
+    pub fn new(originals: &[Demonstration]) -> Self {
         let mut truth = Truth::default();
-        originals.iter().for_each(|shown| truth.original(shown, &method.segments(shown)));
+        originals.iter().for_each(|shown| truth.original(shown));
         Self { originals: originals.to_vec(), corrections: Vec::new(), truth }
     }
 
     /// One more correction. `model` is the robot's model before it.
-    pub fn corrected(
-        &mut self,
-        method: &dyn Method,
-        model: &Graph,
-        last: Place,
-        interrupted: Option<NodeId>,
-        demonstration: Demonstration,
-    ) {
-        self.truth.correction(&demonstration, &method.segments(&demonstration), last, model);
+    pub fn corrected(&mut self, model: &Graph, last: Place, interrupted: Option<NodeId>, demonstration: Demonstration) {
+        self.truth.correction(&demonstration, last, model);
         self.corrections.push(Given { demonstration, stop: Stop::of(model, last, interrupted) });
     }
 
@@ -61,19 +54,22 @@ impl Lesson {
         self.truth.score(model)
     }
 
-    /// What another method makes of the lesson. Its graphs must name the same segments. A correction begins after the
-    /// primitive that holds what it began after.
+    /// What another method makes of the corrections. `learned` is its model of the originals, and its graphs must name
+    /// the same segments. A correction begins after the primitive that holds what it began after.
     ///
     /// # Errors
-    /// Where that method refuses a demonstration; [`BenchError::Nameless`], [`BenchError::Unheld`] where a correction's
+    /// Where that method refuses a correction; [`BenchError::Nameless`], [`BenchError::Unheld`] where a correction's
     /// stop is no place of its model.
-    pub fn taught_to(&self, method: &dyn Method, schema: &Schema, seed: u64) -> Result<Box<dyn Learned>, BenchError> {
-        let mut learned = method.teach(schema, &self.originals, seed)?;
+    pub fn taught_to(
+        &self,
+        method: &'static str,
+        mut learned: Box<dyn Learned>,
+    ) -> Result<Box<dyn Learned>, BenchError> {
         for Given { demonstration, stop } in &self.corrections {
             let name = demonstration.name();
             let stop = stop.map_err(|nameless| BenchError::nameless(name, nameless))?;
             let place = stop.in_model(&learned.graph());
-            let (last, interrupted) = place.map_err(|unheld| BenchError::unheld(name, method.name(), unheld))?;
+            let (last, interrupted) = place.map_err(|unheld| BenchError::unheld(name, method, unheld))?;
             learned.correct(Correction { interrupted, ..Correction::after(last, demonstration) })?;
         }
         Ok(learned)

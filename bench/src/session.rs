@@ -22,11 +22,8 @@ impl Conditions<'_> {
         setting: &Arc<Setting>,
         method: &dyn Method,
     ) -> Result<Evaluation, BenchError> {
-        if !task.reached {
-            return Ok(Evaluation::none(0));
-        }
-        let model = self.learned(method, &task.demonstrations)?;
-        self.evaluate(&*model, setting, 0, Until::Done)
+        let Some(original) = &task.original else { return Ok(Evaluation::none(0)) };
+        self.evaluate(&*method.take_over(original)?, setting, 0, Until::Done)
     }
 
     /// A run of one method on one setting.
@@ -42,15 +39,13 @@ impl Conditions<'_> {
             run.outcome = Outcome::NotApplicable;
             return Ok(run);
         }
-        if !task.reached {
-            return Ok(run);
-        }
+        let Some(original) = &task.original else { return Ok(run) };
         run.before = Some(before.rate);
         let last = match method.role() {
             Role::Control => before.clone(),
             Role::Correct => {
                 let folder = method.name().replace(':', "-");
-                let mut robot = Robot::taught(self, method, task, folder)?;
+                let mut robot = Robot::new(method, original, &task.demonstrations, folder)?;
                 let last = self.correct(&mut robot, setting, before, &mut run)?;
                 run.retained = Some(self.retained(robot.model(), task, !run.corrections.is_empty())?);
                 run.structure = robot.structure();
@@ -82,12 +77,12 @@ impl Conditions<'_> {
         let mut corrected = false;
         for (index, setting) in settings.iter().enumerate() {
             let mut run = begun(self.stage_key(name, index, setting, method), task);
-            if task.reached {
+            if let Some(original) = &task.original {
                 let robot = match &mut robot {
                     Some(robot) => robot,
                     None => {
                         let folder = format!("{name}-{}", method.name().replace(':', "-"));
-                        robot.insert(Robot::taught(self, method, task, folder)?)
+                        robot.insert(Robot::new(method, original, &task.demonstrations, folder)?)
                     }
                 };
                 let before = self.evaluate(robot.model(), setting, 0, Until::Done)?;
@@ -129,7 +124,11 @@ impl Conditions<'_> {
     /// models meet fresh starts, which did not decide about any correction. Otherwise the corrected model, which was
     /// corrected until it succeeded, would be favoured.
     fn pooled(&self, robot: &Robot<'_>, setting: &Arc<Setting>, task: &OriginalTask) -> Result<Pooled, BenchError> {
-        let model = robot.lesson().taught_to(&*method::joint(), self.schema, self.learner_seed())?;
+        let pooled = method::pooled();
+        let taken = task.original.as_ref().filter(|_| robot.method().original() == pooled.original());
+        let model = taken
+            .map_or_else(|| self.learned(&*pooled, &task.demonstrations), |original| Ok(pooled.take_over(original)?))?;
+        let model = robot.lesson().taught_to(pooled.name(), model)?;
         let fresh = self.protocol.budget.corrections + 1;
         Ok(Pooled {
             separate: self.evaluate(robot.model(), setting, fresh, Until::Done)?.rate,

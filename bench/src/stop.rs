@@ -68,7 +68,7 @@ pub fn reference(model: &Graph, last: Place) -> String {
 
 #[cfg(test)]
 mod tests {
-    use situ::graph::Node;
+    use situ::graph::GraphNode;
 
     use super::*;
 
@@ -77,13 +77,13 @@ mod tests {
     }
 
     fn model(nodes: &[(u32, &[SegmentId])]) -> Graph {
-        let node = |(id, segments): &(u32, &[SegmentId])| Node {
+        let node = |(id, segments): &(u32, &[SegmentId])| GraphNode {
             id: NodeId(*id),
             reference: format!("object-{id}").into(),
             segments: segments.to_vec(),
             path: Vec::new(),
         };
-        Graph { nodes: nodes.iter().map(node).collect(), edges: Vec::new() }
+        Graph { nodes: nodes.iter().map(node).collect(), edges: Vec::new(), lengths: Vec::new() }
     }
 
     #[test]

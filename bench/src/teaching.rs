@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use situ::demonstration::{Demonstration, Kind};
-use situ::method::{Learned, Method};
+use situ::method::{Learned, Method, Original};
 use situ_tasks::{Episode, Setting};
 
 use crate::conditions::Conditions;
@@ -28,8 +28,8 @@ pub struct OriginalTask {
     pub(crate) rate: Rate,
     /// The round of the evaluation that gave the rate.
     pub(crate) round: u32,
-    /// Whether the success rate reached the target.
-    pub reached: bool,
+    /// The model, which every method with the same original takes over; `None` where the success rate did not reach the target.
+    pub(crate) original: Option<Original>,
 }
 
 impl Conditions<'_> {
@@ -44,7 +44,7 @@ impl Conditions<'_> {
             effort: TeachingEffort::default(),
             rate: Rate::default(),
             round: 0,
-            reached: false,
+            original: None,
         };
         let budget = self.protocol.budget;
         for index in 0..budget.originals {
@@ -54,12 +54,12 @@ impl Conditions<'_> {
             if index + 1 < budget.least_originals {
                 continue;
             }
-            let model = self.learned(method, &task.demonstrations)?;
-            let evaluation = self.evaluate(&*model, original, index, Until::OutOfReach)?;
+            let model = method.learn_original(self.schema, &task.demonstrations, self.learner_seed())?;
+            let evaluation = self.evaluate(&*method.take_over(&model)?, original, index, Until::OutOfReach)?;
             task.rate = evaluation.rate;
             task.round = index;
             if self.is_reached(&evaluation) {
-                task.reached = true;
+                task.original = Some(model);
                 break;
             }
         }
@@ -71,12 +71,12 @@ impl Conditions<'_> {
     /// # Errors
     /// As [`Conditions::teach`].
     pub fn taught_to(&self, task: &OriginalTask, method: &dyn Method) -> Result<OriginalTask, BenchError> {
-        if !task.reached {
+        if task.original.is_none() {
             return Ok(task.clone());
         }
-        let model = self.learned(method, &task.demonstrations)?;
-        let rate = self.evaluate(&*model, &task.setting, task.round, Until::Done)?.rate;
-        Ok(OriginalTask { rate, ..task.clone() })
+        let original = method.learn_original(self.schema, &task.demonstrations, self.learner_seed())?;
+        let rate = self.evaluate(&*method.take_over(&original)?, &task.setting, task.round, Until::Done)?.rate;
+        Ok(OriginalTask { rate, original: Some(original), ..task.clone() })
     }
 
     /// Teaches the changed task to a method that takes no corrections. What it took is added to `spent`. Returns the

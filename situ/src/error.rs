@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::place::{NodeId, Place, SegmentId};
+use crate::place::{NodeId, Place};
 
 /// An error of the learning crate; each variant says where.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -64,9 +64,6 @@ pub enum SituError {
     /// A node that the model does not hold.
     #[error("the task model has no node {0}")]
     UnknownNode(NodeId),
-    /// A segment that no node of the model holds.
-    #[error("no node of the task model holds segment {} of demonstration {}", .0.index, .0.demonstration)]
-    UnknownSegment(SegmentId),
     /// A place from which nothing can be executed, used as the last executed primitive.
     #[error("{0} cannot be the last executed primitive: expected START or a node")]
     NotExecutable(Place),

@@ -7,7 +7,6 @@ use std::fmt::Write;
 use std::sync::Arc;
 
 use crate::demonstration::Pose;
-use crate::error::SituError;
 use crate::place::{NodeId, Place, SegmentId};
 use crate::primitive::Learner;
 use crate::task_model::{History, Node, TaskModel};
@@ -55,33 +54,6 @@ impl Graph {
     /// The node that holds each segment.
     pub fn holders(&self) -> BTreeMap<SegmentId, &GraphNode> {
         self.nodes.iter().flat_map(|node| node.segments.iter().map(move |segment| (*segment, node))).collect()
-    }
-
-    /// The segment that stands for `place` as what ran last: the first that its node holds; `None` for START. Unlike a node's
-    /// id, it means the same in the models of other methods and after later updates.
-    ///
-    /// # Errors
-    /// [`SituError::NotExecutable`] for END, [`SituError::UnknownNode`] for a node that the graph has not or that holds none.
-    pub fn origin(&self, place: Place) -> Result<Option<SegmentId>, SituError> {
-        match place {
-            Place::Start => Ok(None),
-            Place::End => Err(SituError::NotExecutable(place)),
-            Place::Node(id) => {
-                let node = self.nodes.iter().find(|node| node.id == id);
-                let first = node.and_then(|node| node.segments.first().copied());
-                first.map(Some).ok_or(SituError::UnknownNode(id))
-            }
-        }
-    }
-
-    /// The place that an origin stands for in this graph.
-    ///
-    /// # Errors
-    /// [`SituError::UnknownSegment`] where no node holds the segment.
-    pub fn place(&self, origin: Option<SegmentId>) -> Result<Place, SituError> {
-        let Some(segment) = origin else { return Ok(Place::Start) };
-        let holder = self.nodes.iter().find(|node| node.segments.contains(&segment));
-        holder.map(|node| Place::Node(node.id)).ok_or(SituError::UnknownSegment(segment))
     }
 
     /// The graph in the DOT language of Graphviz: one node for each primitive, besides START and END.
