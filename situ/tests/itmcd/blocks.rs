@@ -34,7 +34,7 @@ fn chosen(task: &ItmcdTask) -> Option<Edit> {
 
 /// The original model, and the place that ran last where so many skills of the task had run.
 fn taught(originals: &[Demonstration], done: usize, parameters: ItmcdParameters) -> Option<(ItmcdTask, Place)> {
-    let task = taught(originals, parameters);
+    let task = learned(originals, parameters);
     let graph = task.graph();
     let holders = graph.holders();
     let place = |index: usize| holders[&SegmentId { demonstration: 0, index: index as u32 }].id;
@@ -211,7 +211,7 @@ fn a_task_that_stands_still_can_be_corrected() {
     };
     let still = |kind| Demonstration::new("still", kind, &schema(), vec![keyframe.clone()], State::new([0.0; 9]), true);
     let originals = [still(Kind::Original).unwrap(), still(Kind::Original).unwrap()];
-    let mut task = taught(&originals, ItmcdParameters::default());
+    let mut task = learned(&originals, ItmcdParameters::default());
     task.correct(Correction::after(Place::Start, &still(Kind::Corrective).unwrap())).unwrap();
     assert_eq!(chosen(&task), Some(Edit::None));
 }
@@ -233,7 +233,7 @@ fn odd_corrections_are_folded_in_or_refused() {
     for count in [1, 2] {
         let originals = originals(count, 4, 0.005);
         let run = || {
-            let task = taught(&originals, ItmcdParameters::default());
+            let task = learned(&originals, ItmcdParameters::default());
             let mut task = Box::new(task) as Box<dyn Learned>;
             let mut edits = Vec::new();
             for (draw, object) in ["bin-0", "nowhere", "nowhere", "block-1"].into_iter().enumerate() {
@@ -260,6 +260,6 @@ fn odd_corrections_are_folded_in_or_refused() {
 }
 
 /// The task model of these originals.
-fn taught(originals: &[Demonstration], parameters: ItmcdParameters) -> ItmcdTask {
+fn learned(originals: &[Demonstration], parameters: ItmcdParameters) -> ItmcdTask {
     ItmcdTask::new(&KeyframeAutomaton::learn(&schema(), originals, 0).unwrap(), parameters).unwrap()
 }
