@@ -13,7 +13,7 @@ use situ::edit::{Edit, difference};
 use situ::error::SituError;
 use situ::graph::Graph;
 use situ::keyframe::policy::Execution;
-use situ::method::{self, KEYFRAME_AUTOMATON, Learned, Method, Role};
+use situ::method::{self, KEYFRAME_AUTOMATON, Learned, Method, Original, Role};
 use situ::place::{NodeId, Place};
 use situ::trace::Trace;
 use situ_bench::cost::Subject;
@@ -43,9 +43,13 @@ impl Method for FirstOnly {
         KEYFRAME_AUTOMATON
     }
 
-    fn teach(&self, schema: &Schema, shown: &[Demonstration], seed: u64) -> Result<Box<dyn Learned>, SituError> {
+    fn learn_original(&self, schema: &Schema, shown: &[Demonstration], seed: u64) -> Result<Original, SituError> {
+        method::standard().learn_original(schema, shown, seed)
+    }
+
+    fn take_over(&self, original: &Original) -> Result<Box<dyn Learned>, SituError> {
         let situ = method::named("situ").expect("it is listed");
-        Ok(Box::new(Task { model: situ.teach(schema, shown, seed)?, is_corrected: false }))
+        Ok(Box::new(Task { model: situ.take_over(original)?, is_corrected: false }))
     }
 }
 
