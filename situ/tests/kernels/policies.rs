@@ -30,7 +30,7 @@ fn segment(reference: &str, keyframes: &[([f64; 3], Gripper)]) -> Segment {
         |&(at, gripper): &([f64; 3], Gripper)| RelativeKeyframe { pose: pose_of(at, [0.0; 3]), gripper, hold: 0.0 };
     let reference: Arc<str> = reference.into();
     let keyframes = keyframes.iter().map(keyframe).collect();
-    Segment { reference, start: State::new([0.0]), keyframes, narration: None }
+    Segment { reference, start: State::new([0.0]), keyframes, narration: Vec::new() }
 }
 
 /// Each keyframe off by 1 cm on each axis, as a novice gives it in free space.

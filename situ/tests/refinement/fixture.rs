@@ -21,7 +21,7 @@ pub(crate) fn pick() -> Vec<RelativeKeyframe> {
 }
 
 pub(crate) fn segment(keyframes: Vec<RelativeKeyframe>) -> Segment {
-    Segment { reference: "cup".into(), start: State::new([0.0]), keyframes, narration: None }
+    Segment { reference: "cup".into(), start: State::new([0.0]), keyframes, narration: Vec::new() }
 }
 
 /// The policy of these segments.
