@@ -1,5 +1,4 @@
-//! Nothing is allocated from one re-estimation to the next: a fit of many iterations allocates as often as a fit of
-//! few.
+//! A re-estimation allocates nothing: a fit of many iterations allocates as often as a fit of few.
 
 use allocation_counter::measure;
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
@@ -8,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use situ::demonstration::{Gripper, Pose};
 use situ::keyframe::hmm::{Hmm, HmmParameters, Observation};
 
-/// Noisy sequences of one path with a turn, with gripper commands.
+/// Noisy sequences of one path, with a turn and gripper commands.
 fn sequences() -> Vec<Vec<Observation>> {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     let mut noise = move || 0.02 * (rng.random::<f64>() - 0.5);
@@ -27,7 +26,7 @@ fn re_estimation_allocates_nothing() {
     let sequences = sequences();
     let sequences: Vec<&[Observation]> = sequences.iter().map(Vec::as_slice).collect();
     let fit = |max_iterations: usize| {
-        // A tolerance of 0: the fit goes on to the last iteration.
+        // With a tolerance of 0 the fit goes on to the last iteration.
         let parameters = HmmParameters { max_iterations, tolerance: 0.0, ..HmmParameters::default() };
         let mut iterations = 0;
         let counted = measure(|| iterations = Hmm::fit(&sequences, 6, &parameters).unwrap().iterations);

@@ -42,11 +42,6 @@ pub fn average_linkage(distances: &[f64], n: usize) -> Dendrogram {
 }
 
 impl Dendrogram {
-    /// The number of members.
-    pub fn members(&self) -> usize {
-        self.members
-    }
-
     /// The heights of the merges, the lowest first. A height is the mean distance between the members of the two
     /// clusters.
     pub fn heights(&self) -> impl Iterator<Item = f64> {

@@ -5,10 +5,9 @@
 //! and Mannila 1994). The distance of the poses at the same share of the arc length would grow if one path only dwells,
 //! wavers or has more keyframes; this distance does not.
 
+use super::pose::METRES_PER_RADIAN;
 use crate::demonstration::Pose;
 
-/// The length that a radian counts, metres: about the reach of a held object from the gripper.
-pub(crate) const METRES_PER_RADIAN: f64 = 0.1;
 /// Each leg of a path is cut into so many pieces, so that the way between the poses counts too.
 const POINTS_A_LEG: usize = 4;
 

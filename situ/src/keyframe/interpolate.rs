@@ -2,7 +2,7 @@
 
 use nalgebra::Translation3;
 
-use super::pose::{log, rotation_exp};
+use super::pose::{arc_length, log, rotation_exp};
 use crate::demonstration::Pose;
 
 /// `n` poses along the path through `poses`, uniform in arc length, with the first and the last.
@@ -17,8 +17,7 @@ pub fn resample(poses: &[Pose], n: usize, metres_per_radian: f64) -> Vec<Pose> {
     let mut length = 0.0;
     reached.push(length);
     for leg in &legs {
-        let (metres, radians) = (leg.fixed_rows::<3>(0).into_owned(), leg.fixed_rows::<3>(3).into_owned());
-        length += libm::sqrt(metres.dot(&metres)) + metres_per_radian * libm::sqrt(radians.dot(&radians));
+        length += arc_length(leg, metres_per_radian);
         reached.push(length);
     }
     if length <= 0.0 || n < 2 {

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::hmm::HmmParameters;
 use super::logistic::LogisticParameters;
+use super::pose::METRES_PER_RADIAN;
 
 /// Decision D5: what a policy is compared by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -154,7 +155,7 @@ impl Default for KeyframeParameters {
             signature,
             signature_points: 20,
             signature_states: 6,
-            metres_per_radian: 0.1,
+            metres_per_radian: METRES_PER_RADIAN,
             compared: Compared::Signatures,
             across_references: false,
             across_grips: false,

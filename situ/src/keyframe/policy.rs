@@ -60,11 +60,6 @@ impl KeyframePolicy {
         &self.hmm
     }
 
-    /// The model over interpolated keyframes.
-    pub fn signature(&self) -> &Hmm {
-        &self.signature
-    }
-
     /// The keyframes of one execution, relative to the reference object: one per hidden state, in order.
     pub fn keyframes(&self, execution: Execution, rng: &mut impl Rng) -> Vec<RelativeKeyframe> {
         let mut keyframes = self.mean_keyframes();

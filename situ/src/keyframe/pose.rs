@@ -13,6 +13,9 @@ use crate::vector::{Four, Wide, polynomial};
 /// A tangent vector: position in metres (3), then rotation vector in radians (3).
 pub type Tangent = SVector<f64, 6>;
 
+/// The length that a radian counts where metres and radians are added (decision D5), metres: about the reach of a held
+/// object from the gripper.
+pub(crate) const METRES_PER_RADIAN: f64 = 0.1;
 /// Below this angle, radians, sine and cosine are the first terms of their series: the next terms are below the
 /// rounding error.
 const SMALL_ANGLE: f64 = 1e-8;
@@ -60,6 +63,12 @@ pub fn rotation_log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
 #[inline(always)]
 pub(crate) fn log_scales<S: Wide>(cosines: Four<S>) -> Four<S> {
     polynomial(cosines * 2.0 - 1.0, &LOGARITHM)
+}
+
+/// The length of a tangent vector, metres: its metres plus `metres_per_radian` × its radians.
+pub(crate) fn arc_length(tangent: &Tangent, metres_per_radian: f64) -> f64 {
+    let (metres, radians) = (tangent.fixed_rows::<3>(0).into_owned(), tangent.fixed_rows::<3>(3).into_owned());
+    length(&metres) + metres_per_radian * length(&radians)
 }
 
 /// The unit quaternion that turns by `vector`, radians. It is the inverse of [`rotation_log`] up to a length of π.

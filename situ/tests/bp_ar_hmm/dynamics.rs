@@ -1,4 +1,4 @@
-//! The matrix normal inverse Wishart posterior against other routes to the same numbers.
+//! The matrix normal inverse Wishart posterior, against other ways to the same numbers.
 
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 use rand::SeedableRng;
@@ -31,8 +31,8 @@ fn said<const D: usize>(frames: &[(SVector<f64, D>, SVector<f64, D>)]) -> Statis
     statistics
 }
 
-/// Bayes's rule: evidence × posterior = prior × likelihood, at any θ. No term of the densities or of the evidence can
-/// be wrong alone.
+/// Bayes's rule: evidence × posterior = prior × likelihood, at any θ. If one term of the densities or of the evidence
+/// were wrong, this would fail.
 #[test]
 fn evidence_is_prior_times_likelihood_over_posterior_wherever_it_is_asked() {
     let (prior, frames) = (prior(), frames(9));
@@ -49,7 +49,7 @@ fn evidence_is_prior_times_likelihood_over_posterior_wherever_it_is_asked() {
     }
 }
 
-/// One dimension is a Student's t: x ~ t_ν(0, S₀/ν · (1 + y²/K⁻¹)), frame by frame, each given those before.
+/// In one dimension it is a Student's t: x ~ t_ν(0, S₀/ν · (1 + y²/K⁻¹)), frame by frame, each given the frames before.
 #[test]
 fn one_dimension_is_a_product_of_students() {
     let (precision, scale, freedom): (f64, f64, f64) = (0.5, 0.8, 3.0);
@@ -81,7 +81,8 @@ fn one_dimension_is_a_product_of_students() {
     assert!((found - expected).abs() < 1e-11, "{found} is not {expected}");
 }
 
-/// The means of draws: A's is S_xy S_yy⁻¹, Σ's is S / (ν + n − D − 1), each entry within 4.5 standard errors.
+/// The means of draws: that of A is S_xy S_yy⁻¹, that of Σ is S / (ν + n − D − 1). Each entry is within 4.5 standard
+/// errors.
 #[test]
 fn draws_have_the_posterior_means() {
     const DRAWS: usize = 40_000;

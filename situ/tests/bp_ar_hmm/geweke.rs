@@ -1,19 +1,30 @@
 //! Geweke's joint distribution test (2004): two ways to draw parameters and data together must agree.
 //!
-//! One draws from the prior and then data given that. The other alternates: data given the state, then a sweep of the
-//! sampler given the data. If every move leaves the posterior as it is, the second has the first's distribution too.
-//! The statistics are bounded or have light tails, so that their means exist; the standard error of the second is from
-//! means of batches, for its draws hang together.
+//! The first way draws from the prior, and then data given that. The second way alternates between data given the state
+//! and a sweep of the sampler given the data. If every move leaves the posterior unchanged, both have the same
+//! distribution. The statistics are bounded or have light tails, so their means exist. The draws of the second way are
+//! correlated, so its standard error is from means of batches.
 //!
-//! Each of these bugs, planted by hand, made it fail: births and deaths without their Hastings correction (the mildest:
-//! |z| of 9), or without the choice among the unique behaviours (their number grows without end); η given z with row
-//! sums that hold the counts; split and merge without the proposal's probability, or without that of the behaviours
-//! drawn; the prior odds of a shared behaviour off by one; random walks that are taken for symmetric; the intensity of
-//! births over c + N; a death that counts one behaviour too many; columns of F of one sequence too many; a first state
-//! that is not uniform, in the forward pass or with η integrated out; a split whose choices of parts have no
-//! normaliser; backward draws that do not look ahead; η of a new behaviour without κ; γ given F over N; c without log
-//! c; degrees of freedom that grow too slowly. Whoever changes a move should plant one again. What one dimension and
-//! one evidence cannot see, as Bartlett's degrees of freedom and constants a frame, `dynamics.rs` catches.
+//! Each of these bugs was planted by hand and made the test fail:
+//! - births and deaths without their Hastings correction (the mildest bug, with a greatest z of 9), or without the
+//!   choice among the unique behaviours (their number then grows without end);
+//! - η given z with sums of the rows that include the counts;
+//! - split and merge without the probability of the proposal, or without that of the behaviours drawn;
+//! - the prior odds of a shared behaviour wrong by one;
+//! - random walks that are assumed to be symmetric;
+//! - the intensity of births over c + N;
+//! - a death that counts one behaviour too many;
+//! - columns of F of one sequence too many;
+//! - a first state that is not uniform, in the forward pass or with η integrated out;
+//! - a split without the normaliser of its choices of parts;
+//! - backward draws that do not look ahead;
+//! - η of a new behaviour without κ;
+//! - γ given F over N;
+//! - c without log c;
+//! - degrees of freedom that grow too slowly.
+//!
+//! Plant such a bug again after changing a move. Some bugs do not show in one dimension and one evidence, such as
+//! Bartlett's degrees of freedom and constants per frame; `dynamics.rs` catches those.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -27,25 +38,26 @@ use situ::random::standard_normal;
 
 use crate::synthetic::{frames, gamma_of_halves, poisson};
 
-/// Frames of each sequence.
+/// The frames of each sequence.
 const FRAMES: [usize; 3] = [5, 7, 4];
-/// Draws from the prior.
+/// The number of draws from the prior.
 const DRAWS: usize = 40_000;
-/// Sweeps.
+/// The number of sweeps.
 const SWEEPS: usize = 40_000;
-/// Batches of sweeps, of 400 each: many times as long as a statistic hangs together.
+/// The number of batches, of 400 sweeps each, which is far longer than the statistics are correlated.
 const BATCHES: usize = 100;
-/// Greatest |z|. Of so many statistics of a right sampler one is beyond 4.5 once in some 5000 seeds, even with the
-/// batches' heavier tail.
+/// The greatest |z|. If the sampler is right, one of so many statistics is beyond 4.5 once in about 5000 seeds, even
+/// with the heavier tail of the batches.
 const GREATEST_Z: f64 = 4.5;
 
-/// Degrees of freedom of Σ: 1/Σ is then a gamma draw of whole shape, and Σ has a mean and a variance.
+/// The degrees of freedom of Σ. With these, 1/Σ is a gamma draw of whole shape, and Σ has a mean and a variance.
 const FREEDOM: f64 = 8.0;
 const SCALE: f64 = 6.0;
 const PRECISION: f64 = 4.0;
 
-/// Shapes in halves, for the draws from the prior that use no gamma sampler. γ is large enough for behaviours of one
-/// sequence alone to be many: with a mean of 1 nearly every death was accepted, and one with a wrong count passed.
+/// The shapes are multiples of a half, because the draws from the prior use no gamma sampler. γ is so large that there
+/// are many behaviours of one sequence alone. With a mean of 1 nearly every death was accepted, and a death with a
+/// wrong count passed.
 fn prior() -> Prior<1> {
     Prior {
         dynamics: DynamicsPrior {
@@ -64,7 +76,7 @@ fn hyper(prior: GammaPrior, rng: &mut impl Rng) -> f64 {
     gamma_of_halves((2.0 * prior.shape) as usize, prior.rate, rng)
 }
 
-/// The two-parameter Indian buffet, until every guest has a dish.
+/// A draw from the two-parameter Indian buffet process, repeated until every guest has a dish.
 fn state_from_prior(rng: &mut ChaCha8Rng) -> ChainState<1> {
     let prior = prior();
     let (gamma, c, dishes) = loop {
@@ -126,7 +138,7 @@ fn observations(state: &ChainState<1>, rng: &mut ChaCha8Rng) -> Vec<LaggedSequen
     state.rows.iter().map(sequence).collect()
 }
 
-/// The statistics by name: of each part of the state, and of parts together, that a wrong move would pull apart.
+/// The statistics by name: of each part of the state, and of parts together. A wrong move would change some of them.
 fn statistics(state: &ChainState<1>, sequences: &[LaggedSequence<1>]) -> Vec<(&'static str, f64)> {
     let behaviours = state.dynamics.len() as f64;
     let owned = |name: &usize| state.rows.iter().filter(|row| row.active.contains(name)).count();
@@ -195,7 +207,7 @@ fn sweeps_leave_the_joint_distribution_as_it_is() {
         let sequences = observations(&state, &mut rng);
         from_prior.push(statistics(&state, &sequences).into_iter().map(|(_, value)| value).collect());
     }
-    // Windows as short as the sequences allow, so that they differ.
+    // The windows are as short as the sequences allow, so that they differ.
     let moves = Moves { births: 2, window: (2, 5), split_merges: 2, inner: 8 };
     let state = state_from_prior(&mut rng);
     let mut chain = Chain::at(prior(), moves, observations(&state, &mut rng), state);

@@ -1,8 +1,8 @@
-//! The sampler of the BP-AR-HMM against oracles that share no code with it, and what the method builds upon it.
+//! The sampler of the BP-AR-HMM against oracles that share no code with it, and the method that builds on it.
 //!
-//! A sampler that is wrong still samples something. So its moves are checked by Geweke's joint test, its sums by the
-//! enumeration of every path, its posterior by another route to the same number; and that all of it together finds what
-//! was planted, by recovery.
+//! A wrong sampler still samples something. So Geweke's joint test checks its moves, the enumeration of every path
+//! checks its sums, and another way to the same number checks its posterior. Recovery shows that all of it together
+//! finds what was planted.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,9 +1,9 @@
-//! Movement primitives by themselves.
+//! Single movement primitives.
 
 use nalgebra::Vector2;
 use situ::method::bp_ar_hmm::dmp::Dmp;
 
-/// A bow from (0, 0) to (0.4, 0.2) m, of even points, from rest to rest (minimum jerk).
+/// A bow from (0, 0) to (0.4, 0.2) m, from rest to rest (minimum jerk), in points at even times.
 fn bow(points: usize) -> Vec<Vector2<f64>> {
     (0..points)
         .map(|index| {
@@ -20,7 +20,7 @@ fn what_was_taught_is_reproduced_and_a_moved_goal_is_reached() {
     let dmp = Dmp::taught(std::slice::from_ref(&taught));
     let (start, goal) = (taught[0], taught[40]);
     let points = dmp.rollout(&start, &goal);
-    // 200 steps over the same time: five a point.
+    // 200 steps over the same time: five per point.
     let worst = taught.iter().enumerate().map(|(index, point)| (points[5 * index] - point).norm()).fold(0.0, f64::max);
     println!("greatest deviation {worst:.5} m");
     assert!(worst < 0.003, "it leaves what it was taught by {worst} m");
@@ -30,7 +30,7 @@ fn what_was_taught_is_reproduced_and_a_moved_goal_is_reached() {
     let missed = (points[points.len() - 1] - moved).norm();
     println!("a moved goal missed by {missed:.6} m");
     assert!(missed < 1e-3, "a moved goal is missed by {missed} m");
-    // It is the taught shape that is led there, not a straight line: the bow is still above the chord.
+    // The taught shape leads there, not a straight line: the bow is still above the chord.
     let middle = points[100] - (start + moved) / 2.0;
     let across = Vector2::new(-(moved - start).y, (moved - start).x).normalize();
     assert!(middle.dot(&across) > 0.05, "the bow is lost: {}", middle.dot(&across));

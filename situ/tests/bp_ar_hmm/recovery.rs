@@ -1,4 +1,4 @@
-//! Planted behaviours are found again.
+//! The sampler finds planted behaviours.
 
 use nalgebra::{Matrix2, Vector2};
 use rand::{RngExt, SeedableRng};
@@ -8,14 +8,14 @@ use situ::random::{standard_normal, stream};
 
 use crate::synthetic::{frames, hamming, published};
 
-/// Rotations by these angles a frame, radians, damped: oscillations at four speeds and directions.
+/// Each behaviour turns by such an angle per frame, radians, with damping: oscillations at four speeds and directions.
 const TURNS: [f64; 4] = [0.9, -0.9, 0.1, 2.4];
 const DAMPING: f64 = 0.97;
 const NOISE: f64 = 0.3;
 const CHAINS: u64 = 2;
 const SWEEPS: usize = 150;
 
-/// Six sequences of 150 frames, each with two or three of four behaviours, that change every 25 frames.
+/// Six sequences of 150 frames. Each has two or three of the four behaviours, which change every 25 frames.
 fn planted(seed: u64) -> (Vec<Vec<usize>>, Vec<LaggedSequence<2>>) {
     const HAS: [&[usize]; 6] = [&[0, 1], &[1, 2], &[0, 2, 3], &[1, 3], &[0, 1, 2], &[2, 3]];
     let mut rng = ChaCha8Rng::seed_from_u64(seed);

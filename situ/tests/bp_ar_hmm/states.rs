@@ -1,4 +1,4 @@
-//! The forward pass and the backward draws against the enumeration of every path.
+//! The forward pass and the backward draws, against the enumeration of every path.
 
 use std::collections::BTreeMap;
 
@@ -26,7 +26,7 @@ fn chain(seed: u64) -> Chain {
 }
 
 impl Chain {
-    /// Every path with p(path, frames).
+    /// Every path, with p(path, frames).
     fn paths(&self) -> Vec<(Vec<usize>, f64)> {
         (0..STATES.pow(FRAMES as u32))
             .map(|code| {
@@ -60,7 +60,7 @@ fn the_likelihood_is_the_sum_over_every_path() {
     }
 }
 
-/// Pearson's χ² over the 81 paths, those that are expected less than 5 times put together.
+/// Pearson's χ² over the 81 paths. Paths with an expected count below 5 are put together.
 #[test]
 fn states_are_drawn_as_often_as_their_paths_weigh() {
     const DRAWS: usize = 50_000;
@@ -86,22 +86,23 @@ fn states_are_drawn_as_often_as_their_paths_weigh() {
     if rare.1 > 0.0 {
         squares += (rare.0 - rare.1).powi(2) / rare.1;
     }
-    // Mean n and variance 2n: four standard deviations above the mean.
+    // χ² has the mean n and the variance 2n: this is four standard deviations above the mean.
     let n = f64::from(cells);
     assert!(cells > 40 && squares < n + 4.0 * (2.0 * n).sqrt(), "χ² of {squares} over {cells} cells");
 }
 
-/// 800 logarithmic units below the other state at first, and yet the only one that explains what follows.
+/// A state that is at first 800 nats below the other one, and is still the only one that explains what follows.
 #[test]
 fn nothing_that_can_still_matter_is_rounded_away() {
     let densities = [vec![0.0, -3000.0, -3000.0], vec![-600.0, 0.0, 0.0]];
     let probabilities = [1.0 - 1e-200, 1e-200, 0.5, 0.5];
     let mut filter = Vec::new();
     let found = log_forward(&[&densities[0], &densities[1]], &probabilities, &mut filter);
-    // Out of the first state at the second frame, at 1e-200: log −460.5; or in the second from the start: −600 + log ½.
+    // There are two ways: out of the first state at the second frame, with log 1e-200 = −460.5, or in the second state
+    // from the start, with −600 + log ½.
     let expected = 0.5_f64.ln() + 1e-200_f64.ln() + 0.5_f64.ln();
     assert!((found - expected).abs() < 1e-9, "{found} is not {expected}");
-    // Without logarithms it would be lost, and that is seen.
+    // Without logarithms it would be lost, and the function reports that.
     let weights = densities.map(|own| own.into_iter().map(f64::exp).collect::<Vec<_>>());
     assert_eq!(log_forward_of_weights(&[&weights[0], &weights[1]], &probabilities), None);
 }

@@ -1,11 +1,11 @@
-//! Draws from the model that do not go through the sampler, and the distance of two labellings.
+//! Draws from the model without the sampler, and the distance of two labellings.
 
 use nalgebra::{SMatrix, SVector};
 use rand::{Rng, RngExt};
 use situ::method::bp_ar_hmm::sampler::{DynamicsPrior, GammaPrior, LaggedSequence, Prior};
 use situ::random::standard_normal;
 
-/// The priors of the published settings, for observations whose first differences have unit variance.
+/// The published priors, for observations whose first differences have unit variance.
 pub(crate) fn published<const D: usize>() -> Prior<D> {
     let vague = GammaPrior { shape: 0.01, rate: 0.01 };
     let dynamics = DynamicsPrior {
@@ -21,7 +21,7 @@ pub(crate) fn gamma_of_halves(halves: usize, rate: f64, rng: &mut impl Rng) -> f
     (0..halves).map(|_| standard_normal(rng).powi(2)).sum::<f64>() / (2.0 * rate)
 }
 
-/// A Poisson draw: uniforms multiplied until they are below e^−mean (Knuth).
+/// A Poisson draw: uniforms are multiplied until the product is below e^−mean (Knuth).
 pub(crate) fn poisson(mean: f64, rng: &mut impl Rng) -> usize {
     let (mut product, mut count) = (rng.random::<f64>(), 0);
     while product > (-mean).exp() {
@@ -31,7 +31,7 @@ pub(crate) fn poisson(mean: f64, rng: &mut impl Rng) -> usize {
     count
 }
 
-/// Frames of a sequence that begins at `first`, each `step` of the one before.
+/// The frames of a sequence that begins at `first`. Each frame is `step` of the frame before.
 pub(crate) fn frames<const D: usize>(
     first: SVector<f64, D>,
     states: &[usize],
@@ -47,8 +47,7 @@ pub(crate) fn frames<const D: usize>(
     LaggedSequence { current, lagged }
 }
 
-/// Share of the frames that are labelled otherwise, the found labels being matched with the true ones, one to one, as
-/// well as can be.
+/// The share of the frames with a wrong label. Found labels are matched one to one with true labels, in the best way.
 pub(crate) fn hamming(truth: &[Vec<usize>], found: &[Vec<usize>]) -> f64 {
     let mut names: Vec<usize> = found.iter().flatten().copied().collect();
     names.sort_unstable();
@@ -60,7 +59,7 @@ pub(crate) fn hamming(truth: &[Vec<usize>], found: &[Vec<usize>]) -> f64 {
         together[*truth][names.binary_search(found).unwrap()] += 1;
         total += 1;
     }
-    // Every choice of a found label, or none, for each true one: there are few true labels.
+    // Every choice of a found label, or none, for each true label. There are few true labels.
     fn best(together: &[Vec<usize>], taken: &mut Vec<bool>) -> usize {
         let Some((row, rest)) = together.split_first() else { return 0 };
         let mut most = best(rest, taken);

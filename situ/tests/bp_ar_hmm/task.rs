@@ -1,4 +1,4 @@
-//! What becomes of demonstrations: a pick and a place on a table laid anew each time.
+//! The whole method on demonstrations: a pick and a place, on a table that is laid anew each time.
 
 use nalgebra::Vector3;
 use rand::SeedableRng;
@@ -57,11 +57,11 @@ fn taught() -> Box<dyn Learned> {
     named("bp_ar_hmm").unwrap().teach(&schema(), &demonstrations, 3).unwrap()
 }
 
-/// Where an object goes, the primitives go, and the gripper is told what it was told.
+/// The primitives follow their objects, and the gripper gets the commands that were shown.
 #[test]
 fn a_pick_and_a_place_follow_their_objects() {
     let model = taught();
-    // Followed through the states: what the gripper does, and where.
+    // Follows the primitives through the states: what the gripper does, and where.
     let (mut last, mut held, mut told) = (Place::Start, 0.0, OPEN);
     let (mut grasped, mut released, mut steps) = (None, None, 0);
     let mut rng = ChaCha8Rng::seed_from_u64(0);
@@ -87,13 +87,13 @@ fn a_pick_and_a_place_follow_their_objects() {
     assert!(object == "tray" && (at - Vector3::new(0.0, 0.0, 0.05)).norm() < 0.01, "a release at {at} of {object}");
 }
 
-/// What ran last ended where the originals ended, so what follows it now follows a node that END follows too, whatever
-/// the nodes have become.
+/// What ran last ended where the originals ended. So what the correction shows follows a node that END follows too, in
+/// the new nodes.
 #[test]
 fn a_correction_begins_after_what_ran_last() {
     let mut model = taught();
     let (last, _) = *model.graph().edges.iter().find(|(_, to)| *to == Place::End).unwrap();
-    // Held at −5 is a state like no other.
+    // −5 is a value of `held` like no other.
     let lamp = |height: f64, gripper| keyframe("lamp", Vector3::new(0.2, 0.4, 0.0), height, gripper, -5.0);
     let correction = shown("lamp", vec![lamp(0.3, OPEN), lamp(0.02, CLOSE), lamp(0.3, OPEN)], false);
     let trace = model.correct(Correction::after(last, &correction)).unwrap();
@@ -112,7 +112,7 @@ fn a_correction_begins_after_what_ran_last() {
     assert_eq!((trace.counters.hmm_fits, trace.counters.em_iterations), (0, 0));
 }
 
-/// Nothing moves, or one demonstration is all there is, or a correction is a single keyframe: learnt, and executable.
+/// A hand that does not move, a single demonstration, and a correction of one keyframe are learned and can be executed.
 #[test]
 fn odd_demonstrations_are_learnt() {
     let still = |count: usize| vec![keyframe("cube", Vector3::zeros(), 0.1, OPEN, 0.0); count];
@@ -141,7 +141,8 @@ fn odd_demonstrations_are_learnt() {
     assert!(refused(BpArHmmParameters { sweeps: 0, ..BpArHmmParameters::default() }));
 }
 
-/// One keyframe has no motion, and a world too large for squares no covariance: the one is learnt, the other refused.
+/// A single keyframe has no motion; it is learned. In a world whose squares overflow there is no covariance; it is
+/// refused.
 #[test]
 fn what_is_too_little_is_learnt_and_what_is_too_large_refused() {
     let teach = |demonstration| named("bp_ar_hmm").unwrap().teach(&schema(), &[demonstration], 0);

@@ -3,11 +3,11 @@
 Versions: Python 3.11, hmmlearn 0.3.3, scikit-learn 1.9.1, numpy 2.4.6, scipy 1.17.1.
 Command:  python mint_hmmlearn.py > hmmlearn.json
 
-hmmlearn has no end of a sequence, so the end is made a state here: each sequence is followed by two frames far from all
-others, and the last state, which alone can emit them, goes only to itself. That is the same model exactly: its log
-likelihood is ours plus the log density of those frames, which is known and taken off. hmmlearn divides a covariance by
-max(covars_weight - D, 0) + the state's frames, so covars_weight = nu0 + D and the matrix covars_prior = nu0 * S0 give the
-maximum a posteriori of situ. Frames have six dimensions, the last three 0: equal rotations.
+hmmlearn has no end of a sequence, so the end is a state here. Each sequence is followed by two frames far from all
+others. The last state alone can emit them, and goes only to itself. That is exactly the same model: its log likelihood
+is ours plus the known log density of those frames, which is subtracted. hmmlearn divides a covariance by
+max(covars_weight - D, 0) + the frames of the state. So covars_weight = nu0 + D and the matrix covars_prior = nu0 * S0
+give the maximum a posteriori of situ. Frames have six dimensions, of which the last three are 0: equal rotations.
 """
 
 import json

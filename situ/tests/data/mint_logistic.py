@@ -3,8 +3,9 @@
 Versions: Python 3.11, scikit-learn 1.9.1, numpy 2.4.6, scipy 1.17.1.
 Command:  python mint_logistic.py > logistic.json
 
-scikit-learn minimises |w|^2 / 2 + C * sum of weighted losses: with weights that sum to 1, C = 1 / ridge. It has no soft
-targets, so each sample appears twice: as positive with the weight share * target, as negative with share * (1 - target).
+scikit-learn minimises |w|^2 / 2 + C * the sum of weighted losses. The weights sum to 1, so C = 1 / ridge. It has no
+soft targets, so each sample appears twice: as positive with the weight share * target, and as negative with
+share * (1 - target).
 """
 
 import json

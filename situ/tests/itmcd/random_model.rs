@@ -34,8 +34,8 @@ pub(crate) fn emission(rng: &mut ChaCha8Rng) -> LinearGaussian {
     LinearGaussian::new(weights, covariance, INPUTS).unwrap()
 }
 
-/// A model of so many phases over two contexts, every child permitted with even odds and at least one; φ = ψ = (1, the
-/// first coordinate).
+/// A model of so many phases over so many contexts. Every child is permitted with probability ½, and each phase has at
+/// least one. φ = ψ = (1, the first coordinate).
 pub(crate) fn model(phases: usize, contexts: usize, rng: &mut ChaCha8Rng) -> Starhmm {
     let children = |own: Option<usize>, rng: &mut ChaCha8Rng| {
         let others = (0..phases).chain([END]).filter(|to| Some(*to) != own || rng.random());
@@ -82,7 +82,8 @@ fn choose(weights: &[f64], rng: &mut ChaCha8Rng) -> usize {
     weights.len() - 1
 }
 
-/// Draws a sequence by the words of the model, at most so many steps, and the phases that made it.
+/// Draws a sequence from the definition of the model, of at most so many steps, and returns the phases that made it
+/// too.
 pub(crate) fn draw(model: &Starhmm, most: usize, rng: &mut ChaCha8Rng) -> (StarhmmSequence, Vec<usize>) {
     let product = |left: &[f64], right: &[f64]| -> f64 { left.iter().zip(right).map(|(l, r)| l * r).sum() };
     let enter = |options: &[usize], state: &[f64], rng: &mut ChaCha8Rng| {

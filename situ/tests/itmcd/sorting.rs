@@ -1,8 +1,8 @@
 //! Block sorting without physics, as in the paper's simulated evaluation: two blocks, two bins, and corrections that
 //! need a known edit.
 //!
-//! A state is each block's place and whether it is held, and whether a lid is on the bins. What a skill does to the
-//! world is written down, not simulated; the table is laid anew for every demonstration.
+//! A state is the place of each block, whether it is held, and whether a lid is on the bins. The effect of a skill on
+//! the world is written down, not simulated. The table is laid anew for every demonstration.
 
 use std::sync::Arc;
 
@@ -40,19 +40,19 @@ pub(crate) enum Need {
     Nothing,
     /// The first block is in its bin already.
     Sorted,
-    /// A block slipped from the hand: once more.
+    /// A block slipped from the hand: the robot picks it once more.
     Slipped,
-    /// A block jumped out of its bin: back to it.
+    /// A block jumped out of its bin: the robot goes back to it.
     Jumped,
     /// A lid is on the bins.
     Lid,
     /// The other block stands in the way of the first.
     InTheWay,
-    /// At the end, the first bin wants a tap: a new skill about a known object, the hand as open as after a drop.
+    /// At the end, the first bin needs a tap: a new skill about a known object, with the hand as open as after a drop.
     Unsettled,
     /// A bin stands higher and further away.
     HighBin,
-    /// A block wants to be taken 12 cm from where it was.
+    /// A block has to be taken 12 cm from where it was.
     OtherGrasp,
 }
 
@@ -78,7 +78,7 @@ impl Need {
         }
     }
 
-    /// How many skills of the task have run, and what is shown.
+    /// How many skills of the task have run, and what is shown then.
     fn shown(self, block: usize) -> (usize, Vec<Skill>) {
         match self {
             Self::Nothing => (2 * block, vec![Pick(block), Drop(block)]),
@@ -94,7 +94,7 @@ impl Need {
     }
 }
 
-/// The table.
+/// The table with the blocks and bins.
 pub(crate) struct World {
     blocks: [Vector3<f64>; 2],
     bins: [Vector3<f64>; 2],
@@ -129,7 +129,7 @@ impl World {
         State::new(values)
     }
 
-    /// The effect of a skill.
+    /// Applies the effect of a skill.
     pub(crate) fn after(&mut self, skill: Skill) {
         match skill {
             Pick(block) => {
@@ -146,7 +146,7 @@ impl World {
         }
     }
 
-    /// The reference object of a skill, where it is, and the keyframes relative to it as they are meant.
+    /// The reference object of a skill, its place, and the ideal keyframes relative to it.
     fn way(&self, skill: Skill) -> (String, Vector3<f64>, [([f64; 3], Gripper); 3]) {
         let (open, closed) = (Gripper::Open(0.08), Gripper::Close(20.0));
         match skill {
@@ -178,8 +178,8 @@ impl World {
         }
     }
 
-    /// What a novice shows of a way: in 15 % of the cases one keyframe too many, somewhere near; and 7 % of those that
-    /// do nothing to the hand are left out.
+    /// What a novice shows of a way. With 15 % probability there is one keyframe too many before a keyframe, somewhere
+    /// near. Of the keyframes that do nothing to the hand, 7 % are left out.
     fn as_novices_do(&mut self, way: [([f64; 3], Gripper); 3]) -> Vec<([f64; 3], Gripper)> {
         let mut shown = Vec::new();
         let mut before = None;
@@ -276,7 +276,7 @@ pub(crate) fn correction(need: Need, seed: u64, noise: f64) -> (usize, Demonstra
         Need::InTheWay => world.blocks[1] = world.blocks[0] + Vector3::new(0.05, 0.0, 0.0),
         _ => {}
     }
-    // 12 cm, as the high bins of the design.
+    // 12 cm, as for the high bins of the design.
     let moved = match need {
         Need::HighBin => Vector3::new(0.07, 0.0, 0.0975),
         Need::OtherGrasp => Vector3::new(-0.085, 0.085, 0.0),

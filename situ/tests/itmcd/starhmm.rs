@@ -26,7 +26,7 @@ fn density(emission: &LinearGaussian, regressors: &[f64], target: &[f64]) -> f64
     (-0.5 * squared).exp() / (2.0 * std::f64::consts::PI * determinant.sqrt())
 }
 
-/// p(path, sequence), from the words of the model and no code of the crate.
+/// p(path, sequence), from the definition of the model and without code of the crate.
 fn joint(model: &Starhmm, index: usize, sequence: &StarhmmSequence, path: &[usize]) -> f64 {
     let enter = |from: Option<usize>, inside: bool, to: usize, features: &[f64]| {
         let children = from.map_or(&model.first, |from| &model.children[from]);
@@ -70,17 +70,17 @@ fn joint(model: &Starhmm, index: usize, sequence: &StarhmmSequence, path: &[usiz
     probability
 }
 
-/// The index of the sequence that is looked at.
+/// The index of the sequence that is examined.
 const INDEX: usize = 5;
 
-/// A model of up to 3 phases and a sequence of up to 6 steps. Among the draws are an origin, steps after which no phase
-/// can end, an absent phase and tied v.
+/// A model of up to 3 phases and a sequence of up to 6 steps. Some draws have an origin, steps after which no phase can
+/// end, an absent phase, or a shared v.
 fn small(seed: u64) -> (Starhmm, StarhmmSequence) {
     let mut rng = generator(seed, "paths");
     let phases = rng.random_range(1..4);
     let mut truth = model(phases, 2, &mut rng);
     for phase in &mut truth.phases {
-        // Broad, so that no product of densities is too small for the oracle.
+        // The emissions are broad, so that no product of densities is too small for the oracle.
         let covariance = phase.emission.covariance().iter().map(|value| 40.0 * value).collect();
         phase.emission = LinearGaussian::new(phase.emission.weights().to_vec(), covariance, INPUTS).unwrap();
     }
@@ -98,7 +98,7 @@ fn small(seed: u64) -> (Starhmm, StarhmmSequence) {
     (truth, sequence)
 }
 
-/// What every path together says of a sequence.
+/// The sums over every path of a sequence.
 struct Enumerated {
     phases: usize,
     /// p(sequence).
@@ -173,8 +173,8 @@ fn inference_is_the_sum_over_all_paths() {
     assert!(compared >= 200 && impossible >= 10, "{compared} compared, {impossible} impossible");
 }
 
-/// 1000 random starts, on sequences of another model; among them are steps after which no phase can end, phases that
-/// are absent from a sequence, and phases that share w and v, as versions of a node do.
+/// 1000 random starts, on sequences of another model. Some have steps after which no phase can end, phases that are
+/// absent from a sequence, or phases that share w and v, as versions of a node do.
 #[test]
 fn no_iteration_lowers_the_log_likelihood() {
     let parameters = FitParameters {
@@ -218,7 +218,7 @@ fn no_iteration_lowers_the_log_likelihood() {
     assert!(gain / 1000.0 > 10.0, "EM that never moves does not fall either: {gain}");
 }
 
-/// A model of three phases, of which EM knows the structure and a rough start.
+/// A model of three phases. EM knows the structure and a rough start.
 #[test]
 fn a_planted_model_is_recovered() {
     let mut rng = generator(1, "planted");
@@ -259,13 +259,13 @@ fn a_planted_model_is_recovered() {
         all += path.len();
     }
     let [share, bound] = [right, possible].map(|count| count as f64 / all as f64);
-    // 800 steps a phase: the standard error of an offset, the state being up to 4 from 0 and scattered by 1, is about
-    // 0.08.
+    // There are 800 steps per phase. The state is up to 4 from 0 and scattered by 1, so the standard error of an offset
+    // is about 0.08.
     assert!(worst < 0.25, "{worst}");
-    // No model finds more than the planted one, but by chance.
+    // No model finds more than the planted one, except by chance.
     assert!(bound < 0.99 && share > bound - 0.01, "{share} {bound}");
     for (found, planted) in fit.model.exits.iter().zip(&truth.exits) {
-        // About 300 ends a phase: the standard error of the log odds is under 0.15 at the mean.
+        // There are about 300 ends per phase, so the standard error of the log odds is below 0.15 at the mean.
         let probability = |w: &[f64], x: f64| 1.0 / (1.0 + (-w[0] - w[1] * x).exp());
         assert!((probability(found, 2.0) - probability(planted, 2.0)).abs() < 0.08, "{found:?}");
     }
@@ -317,7 +317,7 @@ fn what_does_not_fit_together_is_refused() {
     assert_eq!(LinearGaussian::new(vec![0.0; 5], vec![1.0], 0), None);
 }
 
-/// 2 phases of W (2 × 3) and Σ (3), w of 2; and of v, those that a choice joins.
+/// Two phases, each with W (2 × 3), Σ (3) and a w of 2; and those v that some choice compares.
 #[test]
 fn parameters_are_counted_where_they_are_free() {
     let mut counted = model(2, 1, &mut generator(4, "count"));

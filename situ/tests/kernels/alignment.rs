@@ -1,4 +1,4 @@
-//! The alignment of keyframes against every way to lay one list into the other.
+//! The displacement of keyframes, against every way to lay one list into the other.
 
 use nalgebra::{Translation3, UnitQuaternion};
 use proptest::prelude::*;
@@ -9,8 +9,8 @@ fn poses(points: &[(f64, f64)]) -> Vec<Pose> {
     points.iter().map(|(x, y)| Pose::from_parts(Translation3::new(*x, *y, 0.0), UnitQuaternion::identity())).collect()
 }
 
-/// The least greatest distance over all subsets of `long` as large as `short`, each a number whose bits say who is in
-/// it.
+/// The least greatest distance over all subsets of `long` that are as large as `short`. A subset is a number whose bits
+/// are its members.
 fn by_subsets(short: &[(f64, f64)], long: &[(f64, f64)]) -> f64 {
     let subsets = (0_u32..1 << long.len()).filter(|subset| subset.count_ones() as usize == short.len());
     let farthest = subsets.map(|subset| {
@@ -38,7 +38,8 @@ proptest! {
         }
     }
 
-    /// A needless keyframe anywhere is not a displacement; one keyframe that is moved is, by as much as it was moved.
+    /// A needless keyframe displaces nothing, wherever it is. A keyframe that is moved is displaced by as much as it
+    /// was moved.
     #[test]
     fn a_needless_keyframe_displaces_nothing(mut points in points(9), at in 0..9_usize, x in -1.0..1.0_f64) {
         prop_assume!(!points.is_empty());

@@ -8,8 +8,8 @@ fn at(n: usize, row: usize, column: usize) -> usize {
     low * n - low * (low + 1) / 2 + high - low - 1
 }
 
-/// Merges the two clusters whose members are nearest on average, until none are at most `tau` apart. All averages anew
-/// from the distances each time. Labels in order of first members; heights of the merges.
+/// Merges the two clusters whose members are nearest on average, until none are at most `tau` apart. Every average is
+/// computed anew from the distances. Returns labels in order of first members, and the heights of the merges.
 fn brute_force(distances: &[f64], n: usize, tau: f64) -> (Vec<usize>, Vec<f64>) {
     let mut clusters: Vec<Vec<usize>> = (0..n).map(|member| vec![member]).collect();
     let mut heights = Vec::new();
@@ -54,7 +54,7 @@ fn names(labels: &[usize]) -> Vec<usize> {
         .collect()
 }
 
-/// Continuous, so that no two averages tie; some pairs must never merge.
+/// The distances are continuous, so that no two averages tie. Some pairs must never merge.
 fn distances() -> impl Strategy<Value = (usize, Vec<f64>)> {
     (1_usize..=9).prop_flat_map(|n| {
         let distance = prop_oneof![12 => 0.0..20.0, 1 => Just(f64::INFINITY)];
@@ -99,7 +99,7 @@ proptest! {
 #[test]
 fn infinite_and_undefined_distances_never_merge() {
     for never in [f64::INFINITY, f64::NAN] {
-        // 0 and 1 are near, 2 is near to 0 but must not meet 1.
+        // 0 and 1 are near, and 2 is near 0, but 2 must not be with 1.
         let dendrogram = average_linkage(&[1.0, 2.0, never], 3);
         assert_eq!(dendrogram.cut(1e100), [0, 0, 1]);
         assert_eq!(dendrogram.cut(f64::INFINITY), [0, 0, 1]);

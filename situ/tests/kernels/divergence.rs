@@ -1,4 +1,4 @@
-//! Divergences against the values of the reference, by the same generic code as the poses' emission.
+//! Divergences against the values of the reference. The code is generic, so it is the same for poses.
 
 use nalgebra::{Matrix6, Translation3, Vector3};
 use proptest::prelude::*;
@@ -52,7 +52,7 @@ fn two_normal_distributions() {
     }
 }
 
-/// One row of the reference: bound and Monte Carlo of a whole sequence, and E[length].
+/// One row of the reference: the bound and the Monte Carlo estimate of a whole sequence, and E[length].
 fn check(p: &Hmm<Scalar>, q: &Hmm<Scalar>, length: f64, bound: f64, sampled: f64, error: f64) {
     assert!((p.expected_length() - length).abs() < 1e-12);
     assert!((transient_bound(p, q) * length - bound).abs() < 1e-12);
@@ -60,7 +60,8 @@ fn check(p: &Hmm<Scalar>, q: &Hmm<Scalar>, length: f64, bound: f64, sampled: f64
     assert!((transient_bound(&p6, &q6) * length - bound).abs() < 1e-9);
     let found = monte_carlo(p, q, SAMPLES, 7);
     let (mean, own_error) = (found.mean * length, found.standard_error * length);
-    // Both are estimates: five standard errors of their difference. The reference's is of 100,000 sequences.
+    // Both are estimates, so this allows five standard errors of their difference. That of the reference is from
+    // 100,000 sequences.
     assert!((mean - sampled).abs() < 5.0 * own_error.hypot(error), "{mean} ± {own_error} is not {sampled}");
     assert!((own_error / error / (100_000.0 / SAMPLES as f64).sqrt() - 1.0).abs() < 0.15, "{own_error}");
     assert!(mean < bound + 5.0 * own_error);
@@ -94,8 +95,8 @@ fn sampling_is_its_seed() {
     assert_eq!(monte_carlo(&p, &short, 100, 3).standard_error, f64::INFINITY);
 }
 
-/// Sampling against a cut draws no more than it must, is on the side that all samples are on, and without a decision it
-/// is all of them.
+/// Sampling against a cut draws no more than needed, and finds the same side as all samples. If the side stays
+/// uncertain, it draws all.
 #[test]
 fn sampling_stops_when_the_side_of_the_cut_is_certain() {
     let p = left_to_right(&[0.0, 1.0, 2.0], DEVIATION, 0.5);
@@ -123,7 +124,7 @@ fn sampling_stops_when_the_side_of_the_cut_is_certain() {
     assert_eq!(monte_carlo_against(&p, &short, MOST, 3, 1e9).0.mean, f64::INFINITY);
 }
 
-/// By hand: ½ [(log p(X_p) − log q(X_p)) / |X_p| + (log q(X_q) − log p(X_q)) / |X_q|].
+/// The formula: ½ [(log p(X_p) − log q(X_p)) / |X_p| + (log q(X_q) − log p(X_q)) / |X_q|].
 #[test]
 fn cross_likelihood_is_its_formula() {
     let (first, second) = (passes(1, 2, 3, 0.01, 0.1), passes(2, 3, 3, 0.01, 0.1));
@@ -172,14 +173,14 @@ proptest! {
         prop_assert!((transient_bound(&p, &q) - expected).abs() < 1e-11 * expected.max(1.0));
     }
 
-    /// KL does not change when both are seen from another orientation; and is 0 of itself, else above.
+    /// KL does not depend on the orientation from which both are seen. It is 0 between equals and above 0 otherwise.
     #[test]
     fn the_divergence_of_poses_is_geometric(
         means in (pose(), pose()),
         turn in vector(1.5),
         entries in prop::collection::vec(-1.0..1.0, 72),
     ) {
-        // The last two axes of the angle stay inside half a turn, where the logarithm is smooth.
+        // The angle stays below half a turn, where the logarithm is smooth.
         prop_assume!(log(&means.0, &means.1).fixed_rows::<3>(3).norm() < 3.0);
         let covariance = |entries: &[f64]| {
             let root = Matrix6::from_row_slice(entries);
@@ -194,8 +195,8 @@ proptest! {
         prop_assert!(p.kl(&p).abs() < 1e-11);
     }
 
-    /// A covariance carried along the geodesic by reflection at its middle (one rung of a pole ladder, exact in a
-    /// symmetric space) is the same covariance there, so that only the distance of the means is left.
+    /// A covariance is carried along the geodesic by reflection at its middle (one rung of a pole ladder, exact in a
+    /// symmetric space). There it is the same covariance, so only the distance of the means is left.
     #[test]
     fn a_covariance_is_carried_along_the_geodesic(
         base in pose(),
@@ -223,7 +224,7 @@ proptest! {
     }
 }
 
-/// The closed form against the mean log ratio of draws, where the rotations are close and so the space is nearly flat.
+/// The closed form against the mean log ratio of draws. The rotations are close, so the space is nearly flat.
 #[test]
 fn the_divergence_of_poses_is_what_sampling_finds() {
     let full = Hmm::fit(&slices(&passes(5, 4, 2, 0.01, 0.05)), 2, &HmmParameters::default()).expect("fits").hmm;
@@ -244,7 +245,7 @@ fn the_divergence_of_poses_is_what_sampling_finds() {
     assert!((mean - p.kl(&q)).abs() < 5.0 * (variance / SAMPLES as f64).sqrt() + 0.01 * mean, "{mean} {}", p.kl(&q));
 }
 
-/// Draws have the mean and the whole covariance of the emission, its correlations too.
+/// Draws have the mean and the whole covariance of the emission, with its correlations.
 #[test]
 fn draws_have_the_covariance_of_the_emission() {
     let mut root =

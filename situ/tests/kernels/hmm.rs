@@ -11,12 +11,12 @@ fn normalised(weights: &[f64]) -> Vec<f64> {
     weights.iter().map(|weight| weight / sum).collect()
 }
 
-/// A weight of a row: some ways are shut.
+/// A weight in a row; some ways are shut.
 fn weight() -> impl Strategy<Value = f64> {
     prop_oneof![1 => Just(0.0), 4 => 0.01..1.0]
 }
 
-/// Any chain of two or three states; every state can end, but some sequences are impossible.
+/// Any chain of two or three states. Every state can end, but some sequences are impossible.
 fn model() -> impl Strategy<Value = Hmm<Scalar>> {
     (2_usize..=3).prop_flat_map(|k| {
         let row = (prop::collection::vec(weight(), k), 0.01..1.0);
@@ -127,8 +127,8 @@ proptest! {
     }
 }
 
-/// A scaled forward recursion loses the second state here: after the first frame it is e^−800 as likely as the first,
-/// and yet it is on the only path that explains the third frame.
+/// A scaled forward recursion loses the second state here. After the first frame that state is e^−800 times as likely
+/// as the first, but it is on the only path that explains the third frame.
 #[test]
 fn a_path_far_less_likely_at_first_is_not_lost() {
     let mut hmm = left_to_right(&[0.0, 40.0, 0.0], 1.0, 0.5);

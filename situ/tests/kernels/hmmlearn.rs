@@ -1,4 +1,4 @@
-//! Expectation maximisation against hmmlearn: `tests/data/mint_hmmlearn.py` says how the two are made the same model.
+//! Expectation maximisation against hmmlearn. `tests/data/mint_hmmlearn.py` explains how both become the same model.
 
 use nalgebra::Matrix6;
 use serde::Deserialize;
@@ -43,7 +43,8 @@ fn minted() -> Minted {
 }
 
 impl Minted {
-    /// The chain is maximum likelihood there: no floor. Nothing stops it before its iterations are over.
+    /// The chain is maximum likelihood there, so there is no floor. Nothing stops the fit before its iterations are
+    /// over.
     fn parameters(&self, skip: bool) -> HmmParameters {
         HmmParameters {
             position_floor: self.position_floor,
@@ -59,7 +60,7 @@ impl Minted {
 }
 
 impl Case {
-    /// The frames, all turned alike: that must not matter.
+    /// The frames, all turned in the same way, which must not matter.
     fn sequences(&self, turn: [f64; 3]) -> Vec<Vec<Observation>> {
         let observe = |position: &[f64; 3]| Observation { pose: pose_of(*position, turn), gripper: None };
         self.sequences.iter().map(|sequence| sequence.iter().map(observe).collect()).collect()
@@ -73,13 +74,13 @@ impl Case {
         same("end", &fit.hmm.end, &self.end, 1.0);
         for ((emission, mean), covariance) in fit.hmm.emissions.iter().zip(&self.means).zip(&self.covariances) {
             same("mean", emission.mean.translation.vector.as_slice(), &mean[..3], 0.01);
-            // The rotations are all equal, so that the scale of the rotation block is the prior's alone.
+            // The rotations are all equal, so only the prior determines the scale of the rotation block.
             same("covariance", emission.covariance.as_slice(), covariance, 1e-4);
         }
     }
 }
 
-/// Relative to the greater of the value and `scale`, a typical one.
+/// Compares relative to the greater of the value and `scale`, a typical value.
 #[track_caller]
 fn same(what: &str, found: &[f64], expected: &[f64], scale: f64) {
     assert_eq!(found.len(), expected.len(), "{what}");

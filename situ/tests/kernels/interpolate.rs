@@ -15,8 +15,8 @@ fn length(from: &Pose, to: &Pose) -> f64 {
 }
 
 proptest! {
-    /// On one leg the points are evenly apart; over corners no two neighbours are further apart than the arc between
-    /// them.
+    /// On one leg the points are evenly spaced. Around corners, no two neighbours are further apart than the arc
+    /// between them.
     #[test]
     fn points_are_even_along_the_path(poses in prop::collection::vec(pose(), 2..6), n in 2_usize..40) {
         let total: f64 = poses.windows(2).map(|pair| length(&pair[0], &pair[1])).sum();

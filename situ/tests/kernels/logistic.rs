@@ -1,8 +1,11 @@
-//! Ridge logistic regression: scikit-learn's minima, the gradient by finite differences, both dimensions of the step.
+//! Ridge logistic regression: the minima of scikit-learn, the gradient by finite differences, and both dimensions of
+//! the step.
 
 use proptest::prelude::*;
 use serde::Deserialize;
 use situ::keyframe::logistic::{LogisticError, LogisticFit, LogisticParameters, Path, Targets, fit, objective};
+
+use crate::sample::slices;
 
 #[derive(Deserialize)]
 struct Case {
@@ -15,10 +18,6 @@ struct Case {
     weights: Vec<f64>,
     intercept: f64,
     probabilities: Vec<f64>,
-}
-
-fn slices(rows: &[Vec<f64>]) -> Vec<&[f64]> {
-    rows.iter().map(Vec::as_slice).collect()
 }
 
 fn same(found: &LogisticFit, weights: &[f64], intercept: f64, tolerance: f64) -> bool {
@@ -50,7 +49,7 @@ fn the_coefficients_are_those_of_scikit_learn() {
     }
 }
 
-/// Rows and labels of any shape, more features than samples or fewer, one class missing or not.
+/// Rows and labels of any shape: more features than samples or fewer, with one class missing or not.
 fn data() -> impl Strategy<Value = (Vec<Vec<f64>>, Vec<bool>)> {
     (1_usize..14, 1_usize..14).prop_flat_map(|(n, d)| {
         (prop::collection::vec(prop::collection::vec(-3.0..3.0, d), n), prop::collection::vec(any::<bool>(), n))
@@ -89,7 +88,7 @@ proptest! {
         }
     }
 
-    /// One minimum, whichever way: both dimensions, cold and warm, and rows in another order.
+    /// There is one minimum for every way: both dimensions, cold and warm, and rows in another order.
     #[test]
     fn every_way_finds_the_same_minimum((rows, labels) in data(), parameters in parameters(), warm in prop::collection::vec(-4.0..4.0, 14)) {
         let views = slices(&rows);
@@ -118,7 +117,7 @@ proptest! {
     }
 }
 
-/// Shapes about the sizes that the matrices are cut into, against sums written out.
+/// Shapes near the sizes of the blocks of the matrices, against sums that are written out.
 #[test]
 fn any_number_of_samples_and_features_has_its_minimum() {
     for (n, d) in [(7, 7), (8, 8), (9, 15), (63, 16), (64, 17), (65, 24), (130, 3), (200, 12), (70, 90), (129, 131)] {
@@ -148,7 +147,7 @@ fn any_number_of_samples_and_features_has_its_minimum() {
     }
 }
 
-/// The intercept is not penalised: with one class only, the target is reached exactly and no weight is needed.
+/// The intercept is not penalised. With one class only, the target is reached exactly and no weight is needed.
 #[test]
 fn one_class_alone_gives_its_target() {
     let rows = [[1.0, 2.0, 0.5], [0.5, -1.0, 2.0]];
@@ -161,7 +160,7 @@ fn one_class_alone_gives_its_target() {
     }
 }
 
-/// Far from the minimum a sigmoid is flat, and a plain Newton step from there would leap off.
+/// Far from the minimum a sigmoid is flat, and a plain Newton step would be far too long.
 #[test]
 fn a_bad_start_and_large_features_still_converge() {
     let rows: Vec<Vec<f64>> = (0..12).map(|at| vec![100.0 * f64::from(at), 50.0 - f64::from(at * at)]).collect();
@@ -199,7 +198,7 @@ fn what_cannot_be_fitted_is_refused() {
     assert!(matches!(fit(&[&[1.0]], &[true], &wrong, None), Err(LogisticError::Parameter { parameter: "ridge", .. })));
 }
 
-/// Without features there is the intercept alone: the log odds of the mean target.
+/// Without features there is only the intercept: the log odds of the mean target.
 #[test]
 fn no_feature_and_one_sample_are_no_exception() {
     for path in [Path::Primal, Path::Dual] {

@@ -1,4 +1,5 @@
-//! When two policies are one (decisions D6, D6b), and how far one is displaced from another (decision D18).
+//! When two policies are the same primitive (decisions D6, D6b), and how far one is displaced from another (decision
+//! D18).
 
 use std::sync::Arc;
 
@@ -33,7 +34,7 @@ fn segment(reference: &str, keyframes: &[([f64; 3], Gripper)]) -> Segment {
     Segment { reference, start: State::new([0.0]), keyframes, narration: Vec::new() }
 }
 
-/// Each keyframe off by 1 cm on each axis, as a novice gives it in free space.
+/// Each keyframe is off by 1 cm on each axis, as novices give it in free space.
 fn noisy(keyframes: &[([f64; 3], Gripper)], rng: &mut ChaCha8Rng) -> Vec<([f64; 3], Gripper)> {
     keyframes.iter().map(|(at, gripper)| (at.map(|axis| axis + 0.01 * standard_normal(rng)), *gripper)).collect()
 }
@@ -95,7 +96,7 @@ fn neither_another_object_nor_another_grip_is_the_same_primitive() {
     assert!(distance(KeyframeParameters { across_references: true, ..default() }, &other) < 1e-9);
 }
 
-/// Decision D8: two originals of one role that end with different grips are joined by no cut, and do not move it.
+/// Decision D8: if two originals of one role end with different grips, no cut joins them, and they do not move the cut.
 #[test]
 fn another_grip_among_the_originals_does_not_move_the_cut() {
     let learner = learner(KeyframeParameters::default());

@@ -9,7 +9,7 @@ use situ::keyframe::pose::{Tangent, exp, karcher_mean, log, rotation_log};
 
 use crate::sample::{pose, pose_of, vector};
 
-/// The largest difference of two poses: metres, and length of the difference of quaternions up to sign.
+/// The largest difference of two poses: metres, and the length of the difference of the quaternions up to sign.
 fn apart(left: &Pose, right: &Pose) -> f64 {
     let (l, r) = (left.rotation.coords, right.rotation.coords);
     let turn = (l - r).norm().min((l + r).norm());
@@ -27,7 +27,7 @@ proptest! {
         prop_assert!(apart(&exp(&base, &log(&base, &other)), &other) < 1e-14);
     }
 
-    /// Up to half a turn; and small vectors, where the series takes over.
+    /// Up to half a turn, and small vectors, where the series is used.
     #[test]
     fn logarithm_undoes_exponential(base in pose(), step in (vector(1.0), vector(1.8)), scale in 0..12_i32) {
         let scale = 10.0_f64.powi(-scale);
@@ -45,7 +45,7 @@ proptest! {
         prop_assert_eq!(log(&negated(&base), &other), log(&base, &other));
     }
 
-    /// Where the mean is, the weighted logarithms sum to 0; that determines it within a quarter turn.
+    /// At the mean the weighted logarithms sum to 0. Within a quarter turn that determines the mean.
     #[test]
     fn the_mean_is_stationary(
         base in pose(),
@@ -66,7 +66,7 @@ proptest! {
     }
 }
 
-/// At half a turn both signs are as near: the choice must not depend on the sign that came in.
+/// At half a turn both signs are equally near. The choice must not depend on the sign of the input.
 #[test]
 fn half_a_turn_has_one_logarithm() {
     for (i, j, k) in [(1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.6, 0.0, -0.8), (-0.6, 0.8, 0.0)] {
@@ -83,12 +83,12 @@ fn a_mean_of_nothing_is_the_identity_and_of_one_pose_itself() {
     let one = pose_of([0.1, 0.2, 0.3], [1.0, -2.0, 0.5]);
     assert_eq!(karcher_mean(&[one], &[0.0]), Pose::identity());
     assert!(apart(&karcher_mean(&[one, one], &[0.3, 1e-9]), &one) < 1e-15);
-    // Opposite ends of a half turn have no chordal mean, and yet a mean: one of the two in the middle.
+    // Opposite ends of a half turn have no chordal mean, but they have a mean: one of the two poses in the middle.
     let mean = karcher_mean(&[Pose::identity(), pose_of([0.0; 3], [0.0, 0.0, 3.1])], &[1.0, 1.0]);
     assert!((log(&Pose::identity(), &mean).norm() - 1.55).abs() < 1e-9);
 }
 
-/// The length of the logarithm is the angle, by the arc tangent of the standard library, at all angles and to the last
+/// The length of the logarithm is the angle, by the arc tangent of the standard library, for all angles and to the last
 /// digits.
 #[test]
 fn the_logarithm_loses_no_digit_at_any_angle() {
@@ -99,7 +99,7 @@ fn the_logarithm_loses_no_digit_at_any_angle() {
             let quaternion = Quaternion::new((0.5 * angle).cos(), i, j, k);
             let expected = 2.0 * (i * i + j * j + k * k).sqrt().atan2(quaternion.w);
             let found = rotation_log(&UnitQuaternion::new_unchecked(quaternion)).norm();
-            // The squares of the least are no numbers any more.
+            // The squares of the smallest angles underflow.
             if angle > 1e-150 {
                 assert!((found - expected).abs() <= 4.0 * f64::EPSILON * expected, "{angle}: {found}");
             }

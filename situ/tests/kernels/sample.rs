@@ -21,7 +21,7 @@ pub(crate) fn pose() -> impl Strategy<Value = Pose> {
     (vector(1.0), vector(1.5)).prop_map(|(position, turn)| pose_of(position, turn))
 }
 
-/// Noisy passes over `waypoints` random waypoints, a random number of frames at each; noise in metres and radians.
+/// Noisy passes over `waypoints` random waypoints, with a random number of frames at each. Noise in metres and radians.
 pub(crate) fn passes(
     seed: u64,
     sequences: usize,
@@ -53,6 +53,6 @@ pub(crate) fn passes(
         .collect()
 }
 
-pub(crate) fn slices(sequences: &[Vec<Observation>]) -> Vec<&[Observation]> {
-    sequences.iter().map(Vec::as_slice).collect()
+pub(crate) fn slices<T>(rows: &[Vec<T>]) -> Vec<&[T]> {
+    rows.iter().map(Vec::as_slice).collect()
 }

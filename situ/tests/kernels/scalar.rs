@@ -1,4 +1,4 @@
-//! A scalar Gaussian emission: the published values are for this one, and the code under test is generic.
+//! A scalar Gaussian emission. The published values are for this one, and the code under test is generic.
 
 use std::f64::consts::PI;
 
@@ -30,7 +30,7 @@ impl EmissionDensity for Scalar {
     }
 }
 
-/// Left-to-right: each state stays or goes on, and only the last ends.
+/// A left-to-right model: each state stays or goes on, and only the last ends.
 pub(crate) fn left_to_right(means: &[f64], deviation: f64, stay: f64) -> Hmm<Scalar> {
     let k = means.len();
     let mut hmm = Hmm {

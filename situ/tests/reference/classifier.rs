@@ -9,7 +9,7 @@ use situ::primitive::Initiation;
 
 use crate::learner::percentile;
 
-/// The regression ends where no component of the gradient is above this.
+/// The regression ends when no component of the gradient is above this.
 const REST: f64 = 1e-11;
 
 /// A fitted classifier.
@@ -56,7 +56,7 @@ impl Classifier {
         classifier
     }
 
-    /// z and z² of each feature in its unit, over the root of their number; then 1, for the intercept.
+    /// z and z² of each feature in its unit, divided by the root of their number; then 1 for the intercept.
     fn row(&self, scaled: &[f64]) -> DVector<f64> {
         let features = scaled.len();
         let z = |f: usize| (scaled[f] - self.centre[f]) / self.units[f];
@@ -76,7 +76,7 @@ impl Initiation for Classifier {
     }
 }
 
-/// The least of Σ s ℓ(t, w·x) + ½ λ |w|² over samples (x, t, s), the intercept free, by Newton's method.
+/// The minimum of Σ s ℓ(t, w·x) + ½ λ |w|² over samples (x, t, s), by Newton's method. The intercept is not penalised.
 fn regression(samples: &[(DVector<f64>, f64, f64)], ridge: f64) -> DVector<f64> {
     let size = samples[0].0.len();
     let mut penalty = DMatrix::identity(size, size) * ridge;
@@ -93,7 +93,7 @@ fn regression(samples: &[(DVector<f64>, f64, f64)], ridge: f64) -> DVector<f64> 
             curvature.ger(share * p * (1.0 - p), x, x, 1.0);
         }
         let mut step = curvature.cholesky().expect("the ridge keeps it definite").solve(&gradient(&weights));
-        // Far from the minimum a whole step can lead too far.
+        // Far from the minimum a whole step can be too long.
         while gradient(&(&weights - &step)).norm() >= gradient(&weights).norm() {
             step *= 0.5;
         }
@@ -114,7 +114,7 @@ fn mean(points: &[Vec<f64>], features: usize) -> Vec<f64> {
     (0..features).map(|f| points.iter().map(|point| point[f]).sum::<f64>() / points.len().max(1) as f64).collect()
 }
 
-/// Root mean square difference a feature.
+/// The root mean square difference over the features.
 fn apart(left: &[f64], right: &[f64]) -> f64 {
     (left.iter().zip(right).map(|(left, right)| (left - right).powi(2)).sum::<f64>() / left.len() as f64).sqrt()
 }

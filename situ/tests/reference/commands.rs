@@ -7,7 +7,7 @@ use situ::keyframe::hmm::HmmParameters;
 
 use crate::hmm::EMPTY;
 
-/// One kind of command: how often it is given, and a Gaussian over its values, with the variance of its prior.
+/// One kind of command: how often it is given, a Gaussian over its values, and the variance of its prior.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Kind {
     share: f64,
@@ -29,7 +29,7 @@ fn kind(command: Gripper) -> usize {
 }
 
 impl Commands {
-    /// Before any is seen: the middle of what the hand can do, give or take all of it.
+    /// Before any command is seen: the middle of the hand's range, with the whole range as the deviation.
     pub(crate) fn unseen() -> Self {
         let unseen =
             |mean: f64, floor: f64| Kind { share: 1.0 / 3.0, mean, variance: mean * mean, floor: floor * floor };
@@ -47,7 +47,7 @@ impl Commands {
         self.0.iter().map(|kind| rule.gripper_smoothing * kind.share.ln() + of_values(kind)).sum()
     }
 
-    /// The maximum a posteriori of weighted commands; a kind that was not given keeps its values.
+    /// The maximum a posteriori of weighted commands. A kind that was not given keeps its values.
     pub(crate) fn updated(mut self, weighted: &[(f64, Gripper)], rule: &HmmParameters) -> Self {
         let total: f64 = weighted.iter().map(|(weight, _)| weight).sum();
         for (index, own) in self.0.iter_mut().enumerate() {

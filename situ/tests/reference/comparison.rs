@@ -1,4 +1,4 @@
-//! The learner of the crate beside the reference: two models of one task, and what they must agree in.
+//! The learner of the crate beside the reference: two models of one task, and in what they must agree.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -19,16 +19,16 @@ use crate::common::histories;
 use crate::learner::Reference;
 use crate::task::{Shown, Task};
 
-/// How far apart two numbers may be: of those above 1 in proportion, of others as they are.
+/// How far apart two numbers may be: relative above 1, absolute below.
 const TOLERANCE: f64 = 1e-6;
 
 /// What was compared.
 #[derive(Debug, Default)]
 pub(crate) struct Summary {
-    /// What is being compared, for who reads that it differs.
+    /// What is being compared; a failure names it.
     pub(crate) now: String,
     pub(crate) corrections: usize,
-    /// Those of the crate's learner; the reference took the same.
+    /// The steps of the crate's learner. The reference took the same.
     steps: Vec<Step>,
     /// The greatest difference of each kind of number.
     differences: BTreeMap<&'static str, f64>,
@@ -45,9 +45,9 @@ impl Summary {
     }
 
     /// # Panics
-    /// Where the numbers differ by more than rounding.
+    /// If the numbers differ by more than rounding.
     fn near(&mut self, what: &'static str, own: f64, of_reference: f64) {
-        // Equal infinities differ by no number.
+        // Equal infinities have no difference that is a number.
         let difference =
             if own == of_reference { 0.0 } else { (own - of_reference).abs() / of_reference.abs().max(1.0) };
         assert!(difference <= TOLERANCE, "{}: {what}: {own}, by the reference {of_reference}", self.now);
@@ -56,7 +56,7 @@ impl Summary {
     }
 
     /// # Panics
-    /// Where the paths differ by more than rounding: metres, radians.
+    /// If the paths differ by more than rounding: metres, radians.
     fn near_path(&mut self, what: &'static str, own: &[Pose], of_reference: &[Pose]) {
         assert_eq!(own.len(), of_reference.len(), "{}: {what}", self.now);
         for (own, of_reference) in own.iter().zip(of_reference) {
@@ -99,7 +99,7 @@ impl Comparison {
         models
     }
 
-    /// Folds a correction into both.
+    /// Folds a correction into both models.
     pub(crate) fn correct(&mut self, shown: &Shown, summary: &mut Summary) {
         let fast = corrected(&mut self.fast, shown, &self.learner);
         let plain = corrected(&mut self.plain, shown, &self.reference);
@@ -109,9 +109,10 @@ impl Comparison {
         self.agree(&shown.demonstration.keyframes()[0].state, summary);
     }
 
+    /// Compares the two models. The classifiers are evaluated at `state`.
+    ///
     /// # Panics
-    /// Unless both are one automaton over the same data, its numbers the same but for rounding. The classifiers are
-    /// asked about `state`.
+    /// Unless both are the same automaton over the same data, with the same numbers up to rounding.
     fn agree(&self, state: &State, summary: &mut Summary) {
         let (fast, plain) = (&self.fast, &self.plain);
         assert!(fast.edges().eq(plain.edges()), "{}: edges", summary.now);

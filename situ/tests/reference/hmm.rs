@@ -10,10 +10,10 @@ use situ::keyframe::hmm::HmmParameters;
 use crate::commands::Commands;
 use crate::pose::{dominant, log, mean};
 
-/// A state with no more expected frames than this keeps what it had.
+/// A state with at most this many expected frames keeps its values.
 pub(crate) const EMPTY: f64 = 1e-12;
 
-/// A pose, and the command where commands are part of the model.
+/// A pose, and the command if commands are part of the model.
 pub(crate) type Frame = (Pose, Option<Gripper>);
 
 /// A hidden state: a Gaussian in the tangent space at its mean, times the commands.
@@ -34,7 +34,7 @@ pub(crate) struct Hmm {
     ways: Vec<Vec<f64>>,
 }
 
-/// What a sequence is expected to have done: the share of each state in each frame, and how often it went each way.
+/// The expected counts of a sequence: the share of each state in each frame, and how often it took each way.
 struct Expected {
     log_likelihood: f64,
     shares: Vec<Vec<f64>>,
@@ -54,7 +54,7 @@ impl Emission {
         Self { mean, commands, precision: cholesky.inverse(), log_determinant }
     }
 
-    /// −½ (6 log 2π + log |Σ| + rᵀ Σ⁻¹ r), and the command's.
+    /// −½ (6 log 2π + log |Σ| + rᵀ Σ⁻¹ r), plus that of the command.
     fn log_density(&self, (pose, command): &Frame) -> f64 {
         let apart = log(&self.mean, pose);
         let squared = apart.dot(&(self.precision * apart));
@@ -62,7 +62,7 @@ impl Emission {
         of_command - 0.5 * (6.0 * (2.0 * PI).ln() + self.log_determinant + squared)
     }
 
-    /// −½ ν₀ (log |Σ| + tr Σ⁻¹ S₀), and the commands'.
+    /// −½ ν₀ (log |Σ| + tr Σ⁻¹ S₀), plus that of the commands.
     fn log_prior(&self, rule: &HmmParameters) -> f64 {
         let of_commands = self.commands.map_or(0.0, |commands| commands.log_prior(rule));
         of_commands - 0.5 * rule.prior_weight * (self.log_determinant + (self.precision * prior(rule)).trace())
@@ -101,7 +101,8 @@ impl Hmm {
         self.emissions.len()
     }
 
-    /// Where a state can lead: it can stay, go to the next, past it, or end; from the start to the first, or past it.
+    /// Where a state can lead: it can stay, go to the next, skip it, or end. The start leads to the first state, or
+    /// skips it.
     fn open(&self, from: usize, rule: &HmmParameters) -> Vec<usize> {
         let (k, skip) = (self.states(), usize::from(rule.skip));
         if from == k {
@@ -156,7 +157,7 @@ impl Hmm {
         Expected::new(log_likelihood, (0..frames).map(shares).collect(), ways)
     }
 
-    /// The M step. At the `first` the means are no guess.
+    /// The M step. At the `first` M step the means are no guess.
     fn maximise(&mut self, sequences: &[Vec<Frame>], expected: &[Expected], first: bool, rule: &HmmParameters) {
         for from in 0..=self.states() {
             let open = self.open(from, rule);
@@ -188,8 +189,8 @@ impl Hmm {
             *emission = if first {
                 about(mean(&poses, dominant(&poses)))
             } else {
-                // The mean on the manifold need not be the best for a full covariance: where it is worse by more than
-                // rounding, the old one stays.
+                // The mean on the manifold need not be the best for a full covariance. If it is worse by more than
+                // rounding, the old mean stays.
                 let (moved, stayed) = (about(mean(&poses, emission.mean.rotation)), about(emission.mean));
                 if stayed.log_determinant < moved.log_determinant - 1e-9 { stayed } else { moved }
             };
@@ -198,7 +199,7 @@ impl Hmm {
 }
 
 impl Expected {
-    /// With the start and the end added to the ways.
+    /// Adds the start and the end to the ways.
     fn new(log_likelihood: f64, shares: Vec<Vec<f64>>, mut ways: Vec<Vec<f64>>) -> Self {
         ways.iter_mut().zip(&shares[shares.len() - 1]).for_each(|(way, ends)| way.push(*ends));
         ways.push(shares[0].clone());
@@ -206,7 +207,8 @@ impl Expected {
     }
 }
 
-/// The start of the fit: frame t of T is in state ⌊tK/T⌋; a state without a frame borrows the one nearest to its place.
+/// The start of the fit: frame t of T is in state ⌊tK/T⌋. A state without a frame borrows the frame that is nearest to
+/// its place.
 fn evenly_cut(frames: usize, states: usize) -> Expected {
     let mut shares = vec![vec![0.0; states]; frames];
     let mut ways = vec![vec![0.0; states]; states];
@@ -222,8 +224,8 @@ fn evenly_cut(frames: usize, states: usize) -> Expected {
     Expected::new(f64::NAN, shares, ways)
 }
 
-/// Probabilities in proportion to these counts, but none below the floor: what would be is put on it, and the others
-/// share the rest. None at all where nothing was counted.
+/// Probabilities in proportion to these counts, but none below the floor. Those that would be below are put on the
+/// floor, and the others share the rest. Empty if all counts are 0.
 fn proportions(counts: Vec<f64>, floor: f64) -> Vec<f64> {
     let mut on_floor = vec![false; counts.len()];
     loop {

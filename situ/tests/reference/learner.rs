@@ -1,4 +1,5 @@
-//! A learner of keyframe policies that is written for plainness: the decisions of the crate's own, by none of its code.
+//! A learner of keyframe policies that is written as plainly as possible. It makes the decisions of the crate's own
+//! learner without its code.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -22,7 +23,7 @@ pub(crate) struct Reference {
     scales: Vec<f64>,
 }
 
-/// A policy: a keyframe for each hidden state, and what it is compared by.
+/// A policy: one keyframe per hidden state, and the signature by which it is compared.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Policy {
     reference: Arc<str>,
@@ -37,7 +38,7 @@ impl Policy {
         matches!(self.commands.last(), Some(Gripper::Close(_)))
     }
 
-    /// (log p(X) − log q(X)) / |X|, X what p was fitted to.
+    /// (log p(X) − log q(X)) / |X|, where p was fitted to X.
     fn excess(&self, q: &Self) -> f64 {
         let total = |hmm: &Hmm| self.trajectories.iter().map(|frames| hmm.log_likelihood(frames)).sum::<f64>();
         (total(&self.signature) - total(&q.signature)) / self.trajectories.iter().flatten().count() as f64
@@ -49,7 +50,7 @@ impl Reference {
         Self { rule, scales: schema.features().iter().map(|feature| feature.scale).collect() }
     }
 
-    /// Each from each.
+    /// The distance of each policy from each.
     fn distances(&self, policies: &[&Policy]) -> Vec<Vec<f64>> {
         let distance = |left: &Policy, right: &Policy| self.distance(left, right, None, &mut Counters::default());
         policies.iter().map(|left| policies.iter().map(|right| distance(left, right)).collect()).collect()
@@ -70,7 +71,7 @@ pub(crate) fn percentile(mut values: Vec<f64>) -> f64 {
     below + rank.fract() * (above - below)
 }
 
-/// Of all ways to lay the shorter list into the longer one in order, the farthest pair of the best, metres.
+/// Of all ways to lay the shorter list into the longer one in order, the best one's farthest pair, metres.
 fn laid(short: &[Pose], long: &[Pose]) -> f64 {
     if short.is_empty() {
         0.0

@@ -1,7 +1,7 @@
 //! Average linkage by its definition (decision D8).
 
-/// A label for each member: the two clusters nearest on average merge until none are within the cut. Labels count from
-/// 0 in the order of their first members.
+/// One label per member. The two clusters that are nearest on average merge, until none are within the cut. Labels
+/// count from 0 in the order of their first members.
 pub(crate) fn labels(distances: &[Vec<f64>], cut: f64) -> Vec<usize> {
     let mut clusters: Vec<Vec<usize>> = (0..distances.len()).map(|member| vec![member]).collect();
     loop {

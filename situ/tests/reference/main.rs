@@ -1,7 +1,7 @@
-//! Speed changes no decision: over a thousand random corrections the learner of the crate makes the automata of a plain
-//! one, which shares none of its kernels.
+//! Speed changes no decision: over a thousand random corrections the learner of the crate makes the same automata as a
+//! plain one, which shares none of its kernels.
 //!
-//! A decision could differ by rounding alone, where a number falls on its threshold. None of these does.
+//! If a number fell on its threshold, rounding alone could change a decision. That happens in none of these.
 
 mod classifier;
 mod commands;
@@ -22,10 +22,10 @@ use situ::keyframe::parameters::{Activation, KeyframeParameters};
 use situ::trace::Branch;
 use task::Task;
 
-/// Corrections of one task, each folded into the model that the one before left.
+/// Corrections of one task, each folded into the model after the one before.
 const CHAINED: usize = 20;
 
-/// Teaches and corrects the tasks of these seeds side by side.
+/// Teaches and corrects the tasks of these seeds with both learners.
 ///
 /// # Panics
 /// At the first difference.
@@ -64,7 +64,7 @@ fn no_decision_differs_in_the_second_half() {
     no_decision_differs(25..50);
 }
 
-/// A fault in a kernel, planted in the reference: it makes one re-estimation less than it may.
+/// A fault in a kernel, planted in the reference: it makes one re-estimation too few.
 #[test]
 #[should_panic(expected = "by the reference")]
 fn a_re_estimation_less_is_noticed() {
@@ -73,7 +73,7 @@ fn a_re_estimation_less_is_noticed() {
     side_by_side(0..2, &rule);
 }
 
-/// A fault that shows in decisions alone.
+/// A fault that only shows in decisions.
 #[test]
 #[should_panic(expected = "steps")]
 fn another_decision_is_noticed() {

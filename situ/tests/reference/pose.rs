@@ -1,20 +1,21 @@
-//! Poses as points of R³ × S³, as decision D13 defines them: logarithm, mean, and the path through several.
+//! Poses as points of R³ × S³, as decision D13 defines them: logarithm, mean, and the path through several poses.
 
 use nalgebra::{Matrix4, Quaternion, Translation3, UnitQuaternion, Vector3, Vector6};
 use situ::demonstration::Pose;
 
-/// Steps towards a mean at most, and how short the last one is, radians.
+/// The greatest number of steps towards a mean, and the length at which they end, radians.
 const STEPS: usize = 10;
 const REST: f64 = 1e-9;
 
-/// Log at `base` of `pose`: metres in the frame of the object, then the rotation vector in the frame of the base.
+/// The logarithm of `pose` at `base`: metres in the frame of the object, then the rotation vector in the frame of the
+/// base.
 pub(crate) fn log(base: &Pose, pose: &Pose) -> Vector6<f64> {
     let metres = pose.translation.vector - base.translation.vector;
     let radians = (base.rotation.inverse() * pose.rotation).scaled_axis();
     Vector6::new(metres.x, metres.y, metres.z, radians.x, radians.y, radians.z)
 }
 
-/// The dominant axis of Σ w q qᵀ: where the search for a mean starts that has no better guess.
+/// The dominant axis of Σ w q qᵀ. The search for a mean starts here if there is no better guess.
 pub(crate) fn dominant(weighted: &[(f64, Pose)]) -> UnitQuaternion<f64> {
     let mut sum = Matrix4::zeros();
     for (weight, pose) in weighted {
@@ -40,7 +41,8 @@ pub(crate) fn mean(weighted: &[(f64, Pose)], start: UnitQuaternion<f64>) -> Pose
     Pose::from_parts(Translation3::from(position / total), rotation)
 }
 
-/// `count` poses along the path through these, even in arc length, a radian counting `metres_per_radian` (decision D5).
+/// `count` poses along the path through these, even in arc length, where a radian counts `metres_per_radian` (decision
+/// D5).
 pub(crate) fn resampled(poses: &[Pose], count: usize, metres_per_radian: f64) -> Vec<Pose> {
     let lengths = poses.windows(2).map(|pair| {
         let leg = log(&pair[0], &pair[1]);

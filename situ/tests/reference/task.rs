@@ -1,4 +1,4 @@
-//! Random tasks: chains of primitives over several objects, how teachers show them, and corrections of every edit type.
+//! Random tasks: chains of primitives over several objects, demonstrations of them, and corrections of every edit type.
 
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -12,7 +12,7 @@ use situ::task_model::TaskModel;
 
 use crate::common::{CAREFUL, Noise};
 
-/// One who gives needless keyframes and forgets some.
+/// A teacher who gives needless keyframes and forgets some.
 const CARELESS: Noise = Noise { position: 0.012, rotation: 0.07, state: 0.03 };
 const NEEDLESS: f64 = 0.15;
 const FORGOTTEN: f64 = 0.07;
@@ -32,7 +32,7 @@ struct Primitive {
 pub(crate) struct Task {
     pub(crate) schema: Schema,
     objects: usize,
-    /// The chain, then what corrections have added.
+    /// The chain, and after it what corrections have added.
     primitives: Vec<Primitive>,
     chain: usize,
     /// The state in which the task is over.
@@ -49,7 +49,7 @@ pub(crate) struct Shown {
 }
 
 impl Shown {
-    /// The correction as this model meets it.
+    /// The correction as this model receives it.
     pub(crate) fn of<L: Learner>(&self, model: &TaskModel<L>) -> Correction<'_> {
         let node = |segment| model.node_of(segment).expect("it was shown");
         Correction {
@@ -93,8 +93,8 @@ impl Task {
             .collect()
     }
 
-    /// A correction after any primitive: something new, something known out of turn, what comes next in another way, or
-    /// as it was.
+    /// A correction after any primitive: something new, something known out of order, what comes next in another way,
+    /// or what comes next as it was.
     pub(crate) fn correction(&mut self) -> Shown {
         let ran = self.rng.random_range(0..=self.primitives.len());
         let next = if ran < self.chain { ran } else { self.rng.random_range(0..self.chain) };
@@ -102,7 +102,7 @@ impl Task {
         let mut interrupted = None;
         match self.rng.random_range(0..4) {
             0 => {
-                // Often an object that the task does not know.
+                // Often this is an object that the task does not know.
                 let object = self.rng.random_range(0..self.objects + 2);
                 let begins = self.surprising(&first.begins);
                 first = self.primitive(object, begins);
@@ -123,7 +123,7 @@ impl Task {
             _ => {}
         }
         let mut acts = vec![first];
-        // Back on the chain, and perhaps to its end.
+        // Back to the chain, and perhaps to its end.
         let mut after = next;
         while after + 1 < self.chain && self.rng.random_range(0..3) == 0 {
             after += 1;
@@ -151,12 +151,12 @@ impl Task {
         Vector3::from_fn(|_, _| self.normal(deviation))
     }
 
-    /// A state; features have few values, as counts and contacts do.
+    /// A state. Its features have few values, as counts and contacts do.
     fn state(&mut self) -> Vec<f64> {
         (0..self.schema.len()).map(|_| f64::from(self.rng.random_range(0..4_u8))).collect()
     }
 
-    /// A state in which one feature is as it never was.
+    /// A state in which one feature has a value that it never had.
     fn surprising(&mut self, state: &[f64]) -> Vec<f64> {
         let mut state = state.to_vec();
         let feature = self.rng.random_range(0..state.len());

@@ -23,8 +23,8 @@ fn in_ball(radius: f64, rng: &mut ChaCha8Rng) -> Vector {
     direction.map(|value| value * length)
 }
 
-/// The greatest ratio of the average regret to `2R‖w*‖/√T` over all T, where `learn` moves the weights and a teacher
-/// always shows the best plan (α = 1).
+/// The greatest ratio of the average regret to `2R‖w*‖/√T` over all T. `learn` moves the weights, and a teacher always
+/// shows the best plan (α = 1).
 fn worst_ratio(seed: u64, learn: impl Fn(&mut Vector, &Vector, &Vector)) -> f64 {
     let mut rng = ChaCha8Rng::seed_from_u64(stream(seed, "coactive"));
     let radius = 0.1 + 3.0 * rng.random::<f64>();

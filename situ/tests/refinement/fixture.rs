@@ -31,12 +31,12 @@ pub(crate) fn policy(segments: &[&Segment]) -> KeyframePolicy {
     learner.fit_policy(segments, &mut Default::default()).unwrap()
 }
 
-/// Metres between positions.
+/// The distance of two positions, metres.
 pub(crate) fn apart(left: &Pose, right: &Pose) -> f64 {
     (left.translation.vector - right.translation.vector).norm()
 }
 
-/// The pose moved in the frame of the reference object.
+/// The keyframe, moved in the frame of the reference object.
 pub(crate) fn moved(keyframe: &RelativeKeyframe, by: [f64; 3]) -> RelativeKeyframe {
     RelativeKeyframe { pose: Pose::translation(by[0], by[1], by[2]) * keyframe.pose, ..*keyframe }
 }

@@ -11,7 +11,7 @@ use situ::random::{standard_normal, stream};
 
 use super::fixture::{apart, keyframe, moved, pick, policy, segment};
 
-/// A random covariance: A Aᵀ and a little more.
+/// A random covariance: A Aᵀ, and a little more on the diagonal.
 fn covariance(rng: &mut ChaCha8Rng) -> [[f64; 3]; 3] {
     let a: [[f64; 3]; 3] = std::array::from_fn(|_| std::array::from_fn(|_| 0.5 * standard_normal(rng)));
     std::array::from_fn(|row| {
@@ -43,7 +43,7 @@ fn density(component: &Component<3>, x: [f64; 3]) -> f64 {
     (-0.5 * squared).exp() / ((2.0 * std::f64::consts::PI).powi(3) * covariance.determinant()).sqrt()
 }
 
-/// Mean and variance of the third number given the first two, by summing the density over a fine grid.
+/// The mean and the variance of the third number given the first two, by sums of the density over a fine grid.
 #[test]
 fn regression_is_the_conditional() {
     const STEP: f64 = 0.005;
@@ -66,7 +66,7 @@ fn regression_is_the_conditional() {
     }
 }
 
-/// The objective never falls, whatever the labels to begin with, the weights and the number of Gaussians.
+/// The objective never falls, for any first labels, weights and number of Gaussians.
 #[test]
 fn the_objective_never_falls() {
     let mut iterations = 0;
@@ -116,7 +116,7 @@ fn errors(corrections: &[Segment], expected: &[RelativeKeyframe]) -> Vec<f64> {
     found.iter().zip(expected).map(|(found, expected)| apart(&found.mean.pose, &expected.pose)).collect()
 }
 
-/// A corrected keyframe pulls the regression to it, nine tenths of the way, and the others stay.
+/// A corrected keyframe pulls the regression towards it by nine tenths of the way, and the others stay.
 #[test]
 fn a_corrected_keyframe_pulls_the_regression_there() {
     let before = errors(&[], &pick());
@@ -135,7 +135,7 @@ fn a_corrected_keyframe_pulls_the_regression_there() {
     assert!(after.iter().all(|error| *error < 0.03), "{after:?}");
 }
 
-/// A pour: to the cup, tilted by 2 rad there, back upright, and away; a correction tilts half a radian further.
+/// A pour: to the cup, tilted by 2 rad there, back upright, and away. A correction tilts half a radian further.
 #[test]
 fn turns_are_regressed() {
     let tilted = |place: [f64; 3], tilt: f64| {
@@ -166,7 +166,8 @@ fn turns_are_regressed() {
     assert!(before.iter().chain(&after).all(|error| *error < 0.15), "{before:?} {after:?}");
 }
 
-/// Where the regression takes over from the original policy it is less than a millimetre off, though a mixture smooths.
+/// When the regression takes over from the original policy, it is on average less than half a millimetre off, although
+/// a mixture smooths.
 #[test]
 fn the_regression_takes_over_from_the_original_policy() {
     let mut distances = Vec::new();

@@ -9,7 +9,7 @@ use situ::method::refinement::keyframe_model::KeyframeModel;
 
 use super::fixture::{keyframe, moved, pick, policy, segment};
 
-/// The keyframes after corrections of the pick, which was taught by three demonstrations alike.
+/// The keyframes after corrections of the pick, which three equal demonstrations taught.
 fn corrected(corrections: &[Vec<RelativeKeyframe>]) -> Vec<RelativeKeyframe> {
     let original = segment(pick());
     let originals = [&original; 3];
@@ -51,8 +51,8 @@ fn the_whole_path_moved_moves_every_cluster() {
     assert_same(&corrected(std::slice::from_ref(&shown)), &shown);
 }
 
-/// Noise is averaged: a keyframe 2 cm off, the fourth instance, moves its cluster by half a centimetre. Up to 5 cm are
-/// noise, 6 are not.
+/// Noise is averaged: a keyframe that is 2 cm off is the fourth instance, so it moves its cluster by half a centimetre.
+/// Up to 5 cm are noise, 6 cm are not.
 #[test]
 fn an_instance_is_averaged_in() {
     for (off, moves) in [(0.02, 0.005), (0.05, 0.0125), (0.06, 0.06)] {
@@ -73,7 +73,7 @@ fn an_added_keyframe_is_added_at_its_place() {
     }
 }
 
-/// A keyframe on the way says nothing that the way does not; opening the hand there does.
+/// A keyframe on the way adds nothing to the way. A keyframe that opens the hand there does.
 #[test]
 fn a_needless_keyframe_is_not_added() {
     let mut shown = pick();
@@ -85,21 +85,21 @@ fn a_needless_keyframe_is_not_added() {
 
 #[test]
 fn a_free_keyframe_left_out_is_deleted_and_what_is_on_the_way_or_a_contact_is_not() {
-    // The one beside the object is far off the straight way down.
+    // The keyframe beside the object is far off the straight way down.
     let mut shown = pick();
     shown.remove(1);
     assert_same(&corrected(std::slice::from_ref(&shown)), &shown);
-    // The lift lies off the straight way, too, from the grasp to the side.
+    // The lift is off the straight way from the grasp to the side, too.
     let mut shown = pick();
     shown.remove(3);
     assert_same(&corrected(std::slice::from_ref(&shown)), &shown);
-    // Without the grasp there is no pick; and the ends are not shown, so nothing is said of them.
+    // Without the grasp there is no pick. The ends are not shown, so the correction says nothing about them.
     for left_out in [2, 0, 4] {
         let mut shown = pick();
         shown.remove(left_out);
         assert_same(&corrected(&[shown]), &pick());
     }
-    // One on the way is kept where it is forgotten.
+    // A keyframe on the way stays if it is forgotten.
     let mut long = pick();
     long.insert(3, keyframe([0.0, 0.0, 0.12], true));
     let original = segment(long.clone());
@@ -116,7 +116,7 @@ fn stops(most: usize) -> impl Strategy<Value = Vec<Stop>> {
     prop::collection::vec(stop, 0..=most)
 }
 
-/// The least cost of laying the lists against each other, by trying everything.
+/// The least cost of aligning the lists, by trying every way.
 fn least(model: &[Stop], shown: &[Stop]) -> f64 {
     let (Some((m, model_rest)), Some((s, shown_rest))) = (model.split_first(), shown.split_first()) else {
         return 0.15 * (model.len() + shown.len()) as f64;

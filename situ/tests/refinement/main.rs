@@ -1,10 +1,9 @@
-//! The methods that refine single primitives: each rule against what was published or can be had by brute force, and
-//! all of them under the automaton that they must leave as it was.
+//! The methods that refine single primitives. Each rule is tested against what was published or what brute force finds,
+//! and all of them with the automaton that they must not change.
 //!
-//! A bound that is published (the regret of coactive learning) is held at every step of every draw; a direction that is
-//! published (one weight at a time against all at once) over many draws, with its spread, the figures printed
-//! (`-- --nocapture`). Where a method has an exact answer (the plan, the regression), it is compared with one that
-//! shares no code.
+//! A published bound (the regret of coactive learning) is tested at every step of every draw. A published direction
+//! (one weight at a time against all at once) is tested over many draws, with its spread. If a method has an exact
+//! answer (the plan, the regression), it is compared with an implementation that shares no code.
 
 #[path = "../common/mod.rs"]
 mod common;

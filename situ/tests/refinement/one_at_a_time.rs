@@ -1,16 +1,16 @@
 //! One weight at a time against all at once (Bajcsy et al. 2018), in a simulation of a person who pushes a robot.
 //!
-//! Some of twelve weights are wrong. As long as a feature of the plan is off by more than a quarter of its range the
-//! person corrects the plan, four times at the most, and every correction changes every feature a little that was not
-//! meant to change. Two persons are told apart:
+//! Some of twelve weights are wrong. The person corrects the plan as long as a feature is off by more than a quarter of
+//! its range, at most four times. Every correction also changes, a little, every feature that was not meant to change.
+//! There are two persons:
 //!
-//! - the one of the paper, who *means one feature*, the one that is most off. One weight at a time wins, for it leaves
-//!   the unintended changes out: as published. By how much it wins where *several* weights are wrong, which is where
-//!   the published margin is greatest, depends: with little unintended change the margin grows with the number of wrong
-//!   weights; with much it shrinks, since it is the weights that were right to which all-at-once does harm.
-//! - one who *shows all of it at once*, as a corrective demonstration does. Where one weight is wrong, one at a time
-//!   still wins. Where several are, its last error is smaller, but it needs as many corrections as there are wrong
-//!   weights, and its regret is greater: the published direction does not hold for demonstrations.
+//! - The person of the paper *means one feature*, the one that is most off. Then one weight at a time wins, as
+//!   published, because it ignores the unintended changes. The published margin is greatest if *several* weights are
+//!   wrong. Here that depends on the unintended change. With a little of it, the margin grows with the number of wrong
+//!   weights. With much of it, the margin shrinks: all-at-once mainly harms the weights that were right.
+//! - The other person *shows all of it at once*, as a corrective demonstration does. If one weight is wrong, one at a
+//!   time still wins. If several are wrong, its last error is smaller, but it needs one correction per wrong weight,
+//!   and its regret is greater. So the published direction does not hold for demonstrations.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -20,11 +20,11 @@ use situ::random::{standard_normal, stream};
 
 const DRAWS: u64 = 400;
 const CORRECTIONS: usize = 4;
-/// What a person lets pass, in ranges.
+/// What a person tolerates, in ranges.
 const TOLERATED: f64 = 0.25;
-/// Deviation of what was not meant to change, in ranges: 2 cm and 0.05 rad; 4 cm and 0.1 rad.
+/// The deviation of what was not meant to change, in ranges: 2 cm and 0.05 rad; 4 cm and 0.1 rad.
 const UNINTENDED: [f64; 2] = [0.1, 0.2];
-/// Standard errors by which a difference must be away from 0.
+/// A difference must be this many standard errors away from 0.
 const CERTAIN: f64 = 5.0;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,8 +33,8 @@ enum Person {
     ShowsAll,
 }
 
-/// The length of the error of the weights, in ranges, after the corrections; and the regret, the mean over them of half
-/// its square.
+/// The length of the error of the weights after the corrections, in ranges; and the regret, which is the mean over the
+/// corrections of half the squared length.
 fn run(seed: u64, person: Person, wrong: usize, unintended: f64, one_at_a_time: bool) -> (f64, f64) {
     let mut rng = ChaCha8Rng::seed_from_u64(stream(seed, "physical corrections"));
     let mut wanted: Features = [0.0; FEATURES];
@@ -52,7 +52,7 @@ fn run(seed: u64, person: Person, wrong: usize, unintended: f64, one_at_a_time: 
         let planned = weights.map(|weight| -weight);
         let off = |feature: &usize| ((wanted[*feature] - planned[*feature]) / RANGES[*feature]).abs();
         let most = (0..FEATURES).max_by(|left, right| off(left).total_cmp(&off(right))).unwrap();
-        // Drawn whether they are used or not, so that both rules meet the same person.
+        // The noise is drawn even if it is not used, so that both rules meet the same person.
         let noise: Features = std::array::from_fn(|feature| unintended * RANGES[feature] * standard_normal(&mut rng));
         if off(&most) > TOLERATED {
             let meant = |feature: usize| person == Person::ShowsAll || feature == most;
@@ -67,7 +67,7 @@ fn run(seed: u64, person: Person, wrong: usize, unintended: f64, one_at_a_time: 
     (squared(&weights).sqrt(), regret)
 }
 
-/// All at once less one at a time, the mean over draws and its standard error: of the last error, and of the regret.
+/// All at once minus one at a time: the mean over draws and its standard error, for the last error and for the regret.
 fn margins(person: Person, wrong: usize, unintended: f64) -> [(f64, f64); 2] {
     let runs = |one_at_a_time| (0..DRAWS).map(move |seed| run(seed, person, wrong, unintended, one_at_a_time));
     let pairs: Vec<_> = runs(true).zip(runs(false)).collect();

@@ -24,7 +24,7 @@ fn problem() -> impl Strategy<Value = (Vec<bool>, [f64; FEATURES], Vec<Tangent>)
 }
 
 proptest! {
-    /// No plan costs less, be it near or far.
+    /// No other plan costs less, near or far.
     #[test]
     fn nothing_costs_less((contacts, weights, other) in problem(), scale in 1e-4..1.0_f64) {
         let best = plan(&contacts, &weights);
@@ -33,7 +33,7 @@ proptest! {
         prop_assert!(more > least, "{} instead of {}", more, least);
     }
 
-    /// Descent along numerical derivatives of the cost, from anywhere, ends at the plan.
+    /// Descent along numerical derivatives of the cost ends at the plan, from any start.
     #[test]
     fn descent_ends_there((contacts, weights, start) in problem()) {
         const STEP: f64 = 1e-4;
@@ -60,7 +60,7 @@ proptest! {
         }
     }
 
-    /// One weight moves, the one of the greatest difference in ranges, and never beyond its limit.
+    /// One weight moves, the one with the greatest difference in ranges, and never beyond its limit.
     #[test]
     fn one_weight_at_a_time(before in weights(), shown in weights(), planned in weights()) {
         let mut after = before;
@@ -88,8 +88,8 @@ fn corrected(rule: Rule, corrections: &[Segment]) -> Vec<Refined> {
     refine.keyframes(&primitive)
 }
 
-/// What the features can say is learnt from one correction by every rule that moves all weights, and one axis at a time
-/// by the other.
+/// A shift can be expressed by the features. Every rule that moves all weights learns it from one correction; the other
+/// learns one axis at a time.
 #[test]
 fn a_shift_is_learnt() {
     const BY: [f64; 3] = [0.0, 0.06, 0.10];
@@ -101,13 +101,13 @@ fn a_shift_is_learnt() {
     for rule in [Rule::All, Rule::Coactive] {
         assert!(errors(rule, 1).iter().all(|error| *error < 1e-9), "{rule:?}: {:?}", errors(rule, 1));
     }
-    // Free keyframes and contacts have a height and an offset each: four weights, four corrections.
+    // Free keyframes and contacts each have a height and an offset: four weights, four corrections.
     let remaining: Vec<f64> = (0..=4).map(|times| errors(Rule::OneAtATime, times).iter().sum()).collect();
     assert!(remaining.windows(2).all(|pair| pair[1] < pair[0] - 0.01), "{remaining:?}");
     assert!(remaining[4] < 1e-9, "{remaining:?}");
 }
 
-/// What they cannot say is not: one free keyframe of four moved takes all four along, a quarter of the way.
+/// A bend cannot be expressed: if one of four free keyframes is moved, all four move, by a quarter of the way.
 #[test]
 fn a_bend_is_not() {
     let mut shown = pick();

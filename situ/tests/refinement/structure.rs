@@ -1,4 +1,4 @@
-//! Under every method of refinement the automaton stays, and only a modification is made.
+//! Every method of refinement keeps the automaton and only makes modifications.
 
 use std::collections::BTreeMap;
 
@@ -65,7 +65,7 @@ fn cells(method: &dyn Method) -> BTreeMap<Edit, BTreeMap<Edit, usize>> {
     table
 }
 
-/// Corrections that need a node or an edge leave the structure as it was; those that need a modification make it.
+/// Corrections that need a node or an edge leave the structure as it was. Those that need a modification get it.
 #[test]
 fn only_what_a_primitive_does_changes() {
     for method in refinement::all() {
@@ -80,7 +80,7 @@ fn only_what_a_primitive_does_changes() {
     }
 }
 
-/// A segment that no primitive can be showing another way of is ignored: nothing that is executed changes.
+/// A segment that shows no primitive in another way is ignored: nothing that is executed changes.
 #[test]
 fn what_is_about_no_primitive_is_ignored() {
     for method in refinement::all() {
@@ -92,7 +92,7 @@ fn what_is_about_no_primitive_is_ignored() {
         let trace = model.correct(Correction::after(last, &correction.demonstration)).unwrap();
         assert_eq!(trace.counters.nodes_touched, 0, "{}", method.name());
         assert_eq!(executed(&*model), before, "{}", method.name());
-        // The next correction is the second: its segments are numbered after the one that was of no use.
+        // The next correction is the second one. Its segments are numbered after those of the ignored correction.
         let correction = task.correction(Planted::Modified, 0, CAREFUL, false);
         let last = correction.last_in(&model.graph());
         model.correct(Correction::after(last, &correction.demonstration)).unwrap();
@@ -101,10 +101,10 @@ fn what_is_about_no_primitive_is_ignored() {
     }
 }
 
-/// A corrected primitive is sampled about what it has become, within the bounds of decision D15.
+/// A sample of a corrected primitive is drawn about its new mean, within the bounds of decision D15.
 #[test]
 fn a_corrected_primitive_is_sampled_about_its_mean() {
-    // 5 mm an axis, drawn again beyond the 95th percentile of χ² with 6 degrees of freedom.
+    // 5 mm per axis; a draw beyond the 95th percentile of χ² with 6 degrees of freedom is drawn again.
     const FARTHEST: f64 = 0.005 * 3.549;
     for method in refinement::all() {
         let name = method.name();
@@ -130,8 +130,8 @@ fn a_corrected_primitive_is_sampled_about_its_mean() {
     }
 }
 
-/// What was interrupted is the first that a correction can be about; after a segment that is, what is about to run is
-/// what follows it.
+/// A correction is first compared with what was interrupted. After a segment that is about a primitive, the next
+/// segment is compared with what follows that primitive.
 #[test]
 fn a_correction_is_about_what_was_interrupted_and_what_follows() {
     for method in refinement::all() {
@@ -157,14 +157,14 @@ fn a_correction_is_about_what_was_interrupted_and_what_follows() {
         };
         let all = learnt(correction.last_in(&graph), None);
         assert!(all.iter().all(Option::is_some), "{name}: {all:?}");
-        // A place that what was shown does not follow.
+        // A place that the shown primitives do not follow.
         let elsewhere = graph.edges.iter().find(|(_, to)| *to == Place::End).unwrap().0;
         assert_eq!(learnt(elsewhere, None)[0], None, "{name}");
         assert_eq!(learnt(elsewhere, all[0]), all, "{name}");
     }
 }
 
-/// The rule of decision D18, its bounds among it: a child must be probable, and whoever it is must be near.
+/// The bounds of decision D18: a child must be probable, and every candidate must be near.
 #[test]
 fn attribution_keeps_to_its_bounds() {
     let task = Task::new(1, 5, 3);

@@ -5,14 +5,12 @@
 //! unknown where the hand came from.
 
 use crate::demonstration::{Demonstration, Gripper, Keyframe, Pose};
-use crate::keyframe::pose::{exp, log};
+use crate::keyframe::pose::{METRES_PER_RADIAN, arc_length, exp, log};
 
 /// Frames per second (Niekum et al. 2015: 10 Hz).
 pub(super) const RATE: f64 = 10.0;
-/// The speed of the gripper, metres per second: that of the planner.
+/// The speed of the gripper, metres per second: that of the planner. A turn counts as in decision D5, so this is 2.5 rad/s.
 const SPEED: f64 = 0.25;
-/// The metres that a radian counts: 0.25 m/s is 2.5 rad/s. As in decision D5.
-const METRES_PER_RADIAN: f64 = 0.1;
 /// The frames in which the gripper opens or closes: half a second.
 const GRIPPER_FRAMES: usize = 5;
 /// The greatest number of frames of a way or a rest: 100 s. A longer one is a mistake, and would use up the memory.
@@ -59,9 +57,7 @@ fn between(from: &Pose, to: &Pose, share: f64) -> Pose {
 
 /// The number of frames of a straight way, at least one.
 fn frames_of(from: &Pose, to: &Pose) -> usize {
-    let step = log(from, to);
-    let (metres, radians) = (step.fixed_rows::<3>(0).into_owned(), step.fixed_rows::<3>(3).into_owned());
-    let length = libm::sqrt(metres.dot(&metres)) + METRES_PER_RADIAN * libm::sqrt(radians.dot(&radians));
+    let length = arc_length(&log(from, to), METRES_PER_RADIAN);
     (libm::ceil(length / SPEED * RATE).min(MOST_FRAMES) as usize).max(1)
 }
 

@@ -22,11 +22,10 @@ use super::parameters::{ItmcdParameters, Lag};
 use super::starhmm::StarhmmStep;
 use crate::demonstration::{Gripper, Pose, Segment, State};
 use crate::keyframe::interpolate::resample;
+use crate::keyframe::pose::METRES_PER_RADIAN;
 
 /// The unit of a coordinate, metres.
 pub const UNIT: f64 = 0.01;
-/// The length that a radian counts, metres (decision D5).
-const METRES_PER_RADIAN: f64 = 0.1;
 /// The coordinates of a pose before the projection.
 const COORDINATES: usize = 9;
 

@@ -2,8 +2,7 @@
 //! 1970).
 
 use crate::demonstration::{Gripper, Pose, RelativeKeyframe};
-use crate::keyframe::frechet::METRES_PER_RADIAN;
-use crate::keyframe::pose::{exp, log};
+use crate::keyframe::pose::{METRES_PER_RADIAN, arc_length, exp, log};
 
 /// The cost of a keyframe without a partner, metres. So two keyframes can be partners at up to twice this, 30 cm. That
 /// is more than a modification of a primitive moves a keyframe (8 to 12 cm), and less than the distance to another
@@ -48,9 +47,7 @@ pub fn contacts(stops: &[Stop]) -> Vec<bool> {
 
 /// The distance of two poses in metres, where a radian counts a tenth of a metre.
 pub fn distance(left: &Pose, right: &Pose) -> f64 {
-    let apart = log(left, right);
-    let norm = |from: usize| libm::sqrt((from..from + 3).map(|axis| apart[axis] * apart[axis]).sum::<f64>());
-    norm(0) + METRES_PER_RADIAN * norm(3)
+    arc_length(&log(left, right), METRES_PER_RADIAN)
 }
 
 /// The partners, `(index in model, index in shown)`, in order; both indices grow.
