@@ -40,7 +40,7 @@ const FINGER_SPEED: f64 = 0.15;
 const FORCE_HEADROOM: f64 = 3.0;
 /// A motor's limit while opening, newtons.
 const OPENING_FORCE: f64 = 60.0;
-/// How deep the palm may be in what is fixed, in metres: what a real one gives before the force is felt.
+/// How deep the palm may be in what is fixed, in metres. A real palm gives so much before the force is felt.
 const PALM_GIVES: f64 = 0.003;
 /// Time constant of the low-passed contact forces, in steps.
 const SMOOTHING_STEPS: f64 = 12.0;

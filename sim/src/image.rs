@@ -110,7 +110,7 @@ pub(crate) fn encoder(bytes: &mut Vec<u8>, width: u32, height: u32) -> png::Enco
     encoder
 }
 
-/// What the encoder did not like.
+/// The encoder's error in our words.
 pub(crate) fn refused(error: png::EncodingError) -> SimError {
     SimError::Picture { reason: error.to_string() }
 }

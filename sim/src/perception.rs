@@ -15,7 +15,7 @@ use crate::step::DT;
 use crate::tag::{ARM, HAND, TABLE, Tag};
 use crate::world::{Entry, World};
 
-/// A finger squeezes if its normal force points within 45° of the other finger: the cosine.
+/// A finger squeezes if its normal force points within 45° of the other finger. This is the cosine.
 const SQUEEZE_PART: f64 = core::f64::consts::FRAC_1_SQRT_2;
 
 impl World {
@@ -122,8 +122,7 @@ impl World {
         carried
     }
 
-    /// Where a collider is by the pose of its body now. The engine's own place of it is that of the last step, until
-    /// the next step is made.
+    /// Where a collider is by the pose of its body now. The engine's own pose of the collider is that of the last step.
     pub(crate) fn place_of(&self, collider: &Collider) -> EnginePose {
         let body = collider.parent().map(|body| *self.physics.bodies[body].position());
         body.zip(collider.position_wrt_parent()).map_or(*collider.position(), |(body, local)| body * *local)

@@ -46,7 +46,7 @@ impl Push {
         physics.bodies[body].set_next_kinematic_position(to_engine(&pose));
     }
 
-    /// Lets go once the path is done; says whether it is.
+    /// Lets go once the path is done. Returns whether it is.
     pub(crate) fn finish(&self, physics: &mut PhysicsWorld, body: RigidBodyHandle) -> bool {
         if self.done < self.steps {
             return false;

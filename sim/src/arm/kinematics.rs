@@ -28,8 +28,8 @@ const READINESS: [f64; JOINTS] = [1.0, 1.0, 0.1, 1.0, 1.0, 1.0, 1.0];
 const DRAWN: usize = 3;
 /// It is drawn by this part of what is missing.
 const REST_GAIN: f64 = 0.1;
-/// It is drawn by no more than this in an iteration, radians. A way is followed in steps of a centimetre, so all
-/// that it is drawn makes 0.9 rad/s at most.
+/// It is drawn by no more than this in an iteration, radians. A way is followed in steps of a centimetre, and there the
+/// draws make 0.9 rad/s at most.
 const LONGEST_DRAW: f64 = 0.012;
 /// Starts drawn at random, after the given one and the rest position.
 const RESTARTS: usize = 24;

@@ -48,7 +48,7 @@ pub struct Joint {
 pub struct ArmModel {
     /// Its name.
     pub name: String,
-    /// Where the first joint's link before it stands in the world.
+    /// Pose of the link before the first joint, in the world.
     pub mount: Pose,
     /// The joints, from the mount to the hand.
     pub joints: [Joint; JOINTS],

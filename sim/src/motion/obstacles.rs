@@ -17,8 +17,8 @@ use crate::world::World;
 const NEIGHBOURS: usize = 2;
 /// The first of the links that can reach anything. The pedestal and the turret stay where they are.
 const FIRST: usize = 2;
-/// On a way round, hand and load may be so deep in the scene, metres: what stands on the table touches it, and so does
-/// what is about to be put there.
+/// On a way round, hand and load may be so deep in the scene, metres. A load that stands on the table touches it, and
+/// so does a load that is about to be put there.
 const TOUCH: f32 = 3e-3;
 
 /// A shape with its place.

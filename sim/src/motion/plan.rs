@@ -50,7 +50,7 @@ impl World {
         if let Some(joints) = arm.follow(&from, &to, &is_followed) {
             return Ok(Route::straight(from, to, joints, &arm.model));
         }
-        // A way round leads through the free, wherever it may.
+        // A way round may lead anywhere, so there hand and load must touch nothing.
         let is_free = |configuration: &Configuration| obstacles.are_clear_of_all(configuration);
         let way = arm.way_round(&to, seed, &is_free)?;
         Ok(Route::through(&way, to, &arm.model))

@@ -9,7 +9,8 @@ use crate::frame::{Pose, angle_of, between};
 pub const MAX_SPEED: f64 = 0.25;
 /// The hand's largest rate of turning in rad/s.
 pub const MAX_TURN: f64 = 1.5;
-/// The hand is given so much more of the time between two configurations: between them it does not go straight.
+/// The time between two configurations is so many times what their poses ask for: the hand does not go straight in
+/// between.
 const SLACK: f64 = 1.2;
 
 /// Where the hand and its arm are at a moment.
