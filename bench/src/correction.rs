@@ -17,9 +17,9 @@ use crate::cost;
 use crate::error::BenchError;
 use crate::evaluation::{Evaluation, Until};
 use crate::lesson::Lesson;
-use crate::record::{CorrectionRecord, RunRecord, TeachingEffort};
+use crate::record::{CorrectionRecord, RunRecord, TotalEffort};
 use crate::rollout::{Ended, Rollout, Watched, rollout};
-use crate::stop::{self, Stop};
+use crate::stop::{self, StopPoint};
 use crate::teaching::ATTEMPTS;
 
 /// A robot under correction: its task model, and what it was shown.
@@ -43,12 +43,12 @@ struct Failure {
 struct Shown {
     failure: Failure,
     demonstration: Demonstration,
-    effort: TeachingEffort,
+    effort: TotalEffort,
 }
 
 impl<'a> Robot<'a> {
-    /// A robot that takes over a model of the original task, taught by these demonstrations. `folder` names its corrections in
-    /// an archive.
+    /// A robot that takes over a model of the original task, taught by these demonstrations. `folder` names its
+    /// corrections in an archive.
     ///
     /// # Errors
     /// Where the model is of another kind than the method's.
@@ -144,7 +144,7 @@ impl Conditions<'_> {
     ) -> Result<(), BenchError> {
         let Some(archive) = self.archive else { return Ok(()) };
         let Shown { failure, demonstration, .. } = shown;
-        let stop = Stop::of(&robot.model.graph(), failure.last, failure.interrupted);
+        let stop = StopPoint::of(&robot.model.graph(), failure.last, failure.interrupted);
         let before = robot.lesson.before(demonstration.name(), stop)?;
         let path = format!("{}/{}-correction-{round}", self.folder(setting), robot.folder);
         archive.write(&path, demonstration, self.schema, &before)
@@ -168,7 +168,7 @@ impl Conditions<'_> {
                 let shown =
                     self.teacher.demonstrate(&name, Kind::Corrective, self.schema, &mut episode, seed, &mut |_| {})?;
                 if let (true, Some(demonstration)) = (shown.clean, shown.demonstration) {
-                    return Ok(Some(Shown { failure, demonstration, effort: TeachingEffort::from(&shown.effort) }));
+                    return Ok(Some(Shown { failure, demonstration, effort: TotalEffort::from(&shown.effort) }));
                 }
             }
         }

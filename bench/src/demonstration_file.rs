@@ -57,32 +57,23 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Quaternion, Translation3, UnitQuaternion};
-use serde::de::{Error, MapAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use situ::demonstration::{Demonstration, Feature, Gripper, Keyframe, Kind, Pose, Schema, State};
 use situ::place::SegmentId;
 use situ::segmentation::by_reference_object;
 
+use crate::demonstration_content::{FileContent, FileGripper, FileKeyframe, FilePose};
 use crate::error::BenchError;
 use crate::json_lines::line_of;
 use crate::record::count;
-use crate::stop::Stop;
+use crate::stop::StopPoint;
+
+pub use crate::demonstration_content::Instance;
 
 /// How far the length of a quaternion may be from 1. A few printed decimals lose so much.
 const QUATERNION_TOLERANCE: f64 = 1e-3;
 
 /// A length this near to 1 differs by rounding alone. The quaternion then stays as it was written.
 const QUATERNION_ROUNDING: f64 = 4.0 * f64::EPSILON;
-
-/// A primitive, named by a segment of an earlier demonstration that its node holds.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "null or {\"demonstration\": name, \"segment\": index}")]
-pub struct Instance {
-    /// The earlier demonstration's name.
-    pub demonstration: String,
-    /// The index of its segment, from 0.
-    pub segment: u32,
-}
 
 /// What the robot did before a demonstration.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -104,96 +95,6 @@ pub struct DemonstrationFile {
     pub before: Before,
     path: PathBuf,
     text: String,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    name: String,
-    kind: Kind,
-    schema: Vec<Feature>,
-    // An `Option` may be left out, unless a function is named that reads it.
-    #[serde(deserialize_with = "Option::deserialize")]
-    after: Option<Instance>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    interrupted: Option<Instance>,
-    carried_to_end: bool,
-    keyframes: Vec<FileKeyframe>,
-    final_state: Vec<f64>,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FileKeyframe {
-    reference: String,
-    reference_pose: FilePose,
-    gripper_pose: FilePose,
-    gripper: FileGripper,
-    #[serde(default)]
-    hold: f64,
-    state: Vec<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    narration: Option<String>,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FilePose {
-    position: [f64; 3],
-    quaternion: [f64; 4],
-}
-
-struct FileGripper(Gripper);
-
-impl Serialize for FileGripper {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self.0 {
-            Gripper::Opening(share) => serializer.serialize_f64(share),
-            Gripper::Open(metres) => serializer.collect_map([("open", metres)]),
-            Gripper::Close(newtons) => serializer.collect_map([("close", newtons)]),
-        }
-    }
-}
-
-impl<'de> Deserialize<'de> for FileGripper {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(GripperVisitor)
-    }
-}
-
-struct GripperVisitor;
-
-impl<'de> Visitor<'de> for GripperVisitor {
-    type Value = FileGripper;
-
-    fn expecting(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
-        formatter.write_str("an opening from 0 to 1, {\"open\": metres} or {\"close\": newtons}")
-    }
-
-    fn visit_f64<E: Error>(self, value: f64) -> Result<FileGripper, E> {
-        Ok(FileGripper(Gripper::Opening(value)))
-    }
-
-    fn visit_i64<E: Error>(self, value: i64) -> Result<FileGripper, E> {
-        self.visit_f64(value as f64)
-    }
-
-    fn visit_u64<E: Error>(self, value: u64) -> Result<FileGripper, E> {
-        self.visit_f64(value as f64)
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<FileGripper, A::Error> {
-        let gripper = match map.next_entry::<String, f64>()? {
-            Some((key, metres)) if key == "open" => Gripper::Open(metres),
-            Some((key, newtons)) if key == "close" => Gripper::Close(newtons),
-            Some((key, _)) => return Err(A::Error::unknown_field(&key, &["open", "close"])),
-            None => return Err(A::Error::invalid_length(0, &self)),
-        };
-        match map.next_key::<String>()? {
-            Some(_) => Err(A::Error::invalid_length(2, &self)),
-            None => Ok(FileGripper(gripper)),
-        }
-    }
 }
 
 /// A mistake: its key, what is wrong, and what was expected.
@@ -266,7 +167,7 @@ fn keyframe(keyframe: &FileKeyframe, schema: &Schema, key: &str) -> Result<Keyfr
     })
 }
 
-fn checked(file: File) -> Result<(Demonstration, Schema, Before), Mistake> {
+fn checked(file: FileContent) -> Result<(Demonstration, Schema, Before), Mistake> {
     if file.name.is_empty() {
         return Err(mistake("name", "an empty name, expected one that no other demonstration has"));
     }
@@ -291,7 +192,7 @@ fn checked(file: File) -> Result<(Demonstration, Schema, Before), Mistake> {
 
 impl Before {
     /// A stop in the words of a file; `shown` are the names of the earlier demonstrations in order.
-    pub fn of(stop: &Stop, shown: &[&str]) -> Self {
+    pub fn of(stop: &StopPoint, shown: &[&str]) -> Self {
         let instance = |SegmentId { demonstration, index }| Instance {
             demonstration: shown[demonstration as usize].to_owned(),
             segment: index,
@@ -321,7 +222,7 @@ impl DemonstrationFile {
     /// [`BenchError::Demonstration`].
     pub fn parse(text: String, path: &Path) -> Result<Self, BenchError> {
         let mut deserializer = serde_json::Deserializer::from_str(&text);
-        let read = serde_path_to_error::deserialize::<_, File>(&mut deserializer).map_err(|error| {
+        let read = serde_path_to_error::deserialize::<_, FileContent>(&mut deserializer).map_err(|error| {
             let (key, error) = (error.path().to_string(), error.into_inner());
             (key, error)
         });
@@ -382,7 +283,7 @@ fn refuse(path: &Path, text: &str, key: &str, problem: impl Into<String>) -> Ben
 ///
 /// # Errors
 /// [`BenchError::Demonstration`].
-pub fn check_together(files: &[DemonstrationFile]) -> Result<Vec<Stop>, BenchError> {
+pub fn check_together(files: &[DemonstrationFile]) -> Result<Vec<StopPoint>, BenchError> {
     let mut stops = Vec::with_capacity(files.len());
     for (index, file) in files.iter().enumerate() {
         let former = &files[..index];
@@ -404,7 +305,7 @@ pub fn check_together(files: &[DemonstrationFile]) -> Result<Vec<Stop>, BenchErr
             .before
             .named()
             .map(|(key, instance)| instance.map(|instance| file.segment(key, instance, former)).transpose());
-        stops.push(Stop { last: last?, interrupted: interrupted? });
+        stops.push(StopPoint { last: last?, interrupted: interrupted? });
     }
     Ok(stops)
 }
@@ -424,7 +325,7 @@ pub fn render(demonstration: &Demonstration, schema: &Schema, before: &Before) -
         state: keyframe.state.values().to_vec(),
         narration: keyframe.narration.as_deref().map(str::to_owned),
     };
-    let file = File {
+    let file = FileContent {
         name: demonstration.name().to_string(),
         kind: demonstration.kind(),
         schema: schema.features().to_vec(),

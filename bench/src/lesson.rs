@@ -10,12 +10,12 @@ use situ::structure::{Structure, Truth};
 
 use crate::demonstration_file::Before;
 use crate::error::BenchError;
-use crate::stop::{Nameless, Stop};
+use crate::stop::{Nameless, StopPoint};
 
 /// A correction that was given.
 struct Given {
     demonstration: Demonstration,
-    stop: Result<Stop, Nameless>,
+    stop: Result<StopPoint, Nameless>,
 }
 
 /// All that a robot was shown.
@@ -36,14 +36,14 @@ impl Lesson {
     /// One more correction. `model` is the robot's model before it.
     pub fn corrected(&mut self, model: &Graph, last: Place, interrupted: Option<NodeId>, demonstration: Demonstration) {
         self.truth.correction(&demonstration, last, model);
-        self.corrections.push(Given { demonstration, stop: Stop::of(model, last, interrupted) });
+        self.corrections.push(Given { demonstration, stop: StopPoint::of(model, last, interrupted) });
     }
 
     /// A stop in the words of the demonstration file of the next correction, `name`.
     ///
     /// # Errors
     /// [`BenchError::Nameless`].
-    pub fn before(&self, name: &str, stop: Result<Stop, Nameless>) -> Result<Before, BenchError> {
+    pub fn before(&self, name: &str, stop: Result<StopPoint, Nameless>) -> Result<Before, BenchError> {
         let corrections = self.corrections.iter().map(|given| &given.demonstration);
         let shown: Vec<&str> = self.originals.iter().chain(corrections).map(|shown| &**shown.name()).collect();
         stop.map(|stop| Before::of(&stop, &shown)).map_err(|nameless| BenchError::nameless(name, nameless))

@@ -15,6 +15,7 @@ pub mod cmd;
 pub mod conditions;
 pub mod correction;
 pub mod cost;
+mod demonstration_content;
 pub mod demonstration_file;
 pub mod error;
 pub mod evaluation;

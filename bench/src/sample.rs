@@ -7,12 +7,12 @@ use situ::structure::{Agreement, Structure};
 use situ::trace::{Branch, Counters, MatchedIn};
 
 use crate::record::{
-    CorrectionRecord, CostRecord, Key, Outcome, Pooled, Rate, Record, RunRecord, Stage, StepSummary, TeachingEffort,
+    CorrectionRecord, CostRecord, Key, Outcome, Pooled, Rate, Record, RunRecord, Stage, StepSummary, TotalEffort,
 };
 
-fn effort(demonstrations: u32, keyframes: u32) -> TeachingEffort {
+fn effort(demonstrations: u32, keyframes: u32) -> TotalEffort {
     let seconds = 4.5 * f64::from(keyframes);
-    TeachingEffort { demonstrations, keyframes, seconds, metres: 0.25 * f64::from(keyframes) }
+    TotalEffort { demonstrations, keyframes, seconds, metres: 0.25 * f64::from(keyframes) }
 }
 
 fn correction(edit_made: Edit, applicable: u32, update_seconds: f64) -> CorrectionRecord {

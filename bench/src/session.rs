@@ -10,7 +10,7 @@ use crate::conditions::Conditions;
 use crate::correction::Robot;
 use crate::error::BenchError;
 use crate::evaluation::{Evaluation, Until};
-use crate::record::{Key, Outcome, Pooled, Rate, RunRecord, TeachingEffort};
+use crate::record::{Key, Outcome, Pooled, Rate, RunRecord, TotalEffort};
 use crate::teaching::OriginalTask;
 
 impl Conditions<'_> {
@@ -157,7 +157,7 @@ fn begun(key: Key, task: &OriginalTask) -> RunRecord {
         original: task.effort,
         before: None,
         after: None,
-        effort: TeachingEffort::default(),
+        effort: TotalEffort::default(),
         corrections: Vec::new(),
         ended: BTreeMap::new(),
         original_rate: Some(task.rate),

@@ -8,7 +8,7 @@ use situ::place::{NodeId, Place, SegmentId};
 
 /// Where a robot stopped. Each primitive is named by the first segment that its node held then.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stop {
+pub struct StopPoint {
     /// The primitive that ran last to its end; `None` for START.
     pub last: Option<SegmentId>,
     /// The primitive that was under way, if one was.
@@ -28,7 +28,7 @@ pub struct Unheld {
     pub segment: SegmentId,
 }
 
-impl Stop {
+impl StopPoint {
     /// The stop of a robot with this model.
     ///
     /// # Errors
@@ -89,11 +89,11 @@ mod tests {
     #[test]
     fn a_stop_outlives_the_nodes_of_its_model() {
         let before = model(&[(0, &[segment(0, 0)]), (1, &[segment(0, 1), segment(1, 1)])]);
-        let stop = Stop::of(&before, Place::Node(NodeId(1)), Some(NodeId(0))).unwrap();
-        assert_eq!(stop, Stop { last: Some(segment(0, 1)), interrupted: Some(segment(0, 0)) });
+        let stop = StopPoint::of(&before, Place::Node(NodeId(1)), Some(NodeId(0))).unwrap();
+        assert_eq!(stop, StopPoint { last: Some(segment(0, 1)), interrupted: Some(segment(0, 0)) });
         let after = model(&[(7, &[segment(0, 1)]), (8, &[segment(0, 0), segment(1, 1)])]);
         assert_eq!(stop.in_model(&after), Ok((Place::Node(NodeId(7)), Some(NodeId(8)))));
-        let start = Stop::of(&before, Place::Start, None).unwrap();
+        let start = StopPoint::of(&before, Place::Start, None).unwrap();
         assert_eq!(start.in_model(&after), Ok((Place::Start, None)));
         assert_eq!(reference(&after, Place::Node(NodeId(7))), "object-7");
         assert_eq!(reference(&after, Place::Start), "START");
@@ -103,11 +103,11 @@ mod tests {
     #[test]
     fn what_has_no_name_or_no_node_is_refused() {
         let before = model(&[(0, &[segment(0, 0)]), (1, &[])]);
-        assert_eq!(Stop::of(&before, Place::Node(NodeId(1)), None), Err(Nameless(NodeId(1))));
-        assert_eq!(Stop::of(&before, Place::Start, Some(NodeId(2))), Err(Nameless(NodeId(2))));
-        let stop = Stop { last: Some(segment(3, 1)), interrupted: None };
+        assert_eq!(StopPoint::of(&before, Place::Node(NodeId(1)), None), Err(Nameless(NodeId(1))));
+        assert_eq!(StopPoint::of(&before, Place::Start, Some(NodeId(2))), Err(Nameless(NodeId(2))));
+        let stop = StopPoint { last: Some(segment(3, 1)), interrupted: None };
         assert_eq!(stop.in_model(&before), Err(Unheld { key: "after", segment: segment(3, 1) }));
-        let stop = Stop { last: None, interrupted: Some(segment(3, 2)) };
+        let stop = StopPoint { last: None, interrupted: Some(segment(3, 2)) };
         assert_eq!(stop.in_model(&before), Err(Unheld { key: "interrupted", segment: segment(3, 2) }));
     }
 }

@@ -11,7 +11,7 @@ use crate::conditions::Conditions;
 use crate::demonstration_file::Before;
 use crate::error::BenchError;
 use crate::evaluation::{Evaluation, Until};
-use crate::record::{Rate, TeachingEffort};
+use crate::record::{Rate, TotalEffort};
 
 /// Attempts at a demonstration before the teacher gives up. A novice fails about one in five, so all of them fail once
 /// in hundreds.
@@ -23,12 +23,13 @@ pub struct OriginalTask {
     pub(crate) setting: Arc<Setting>,
     pub(crate) demonstrations: Vec<Demonstration>,
     /// What teaching it took.
-    pub(crate) effort: TeachingEffort,
+    pub(crate) effort: TotalEffort,
     /// Success of the model that it led to.
     pub(crate) rate: Rate,
     /// The round of the evaluation that gave the rate.
     pub(crate) round: u32,
-    /// The model, which every method with the same original takes over; `None` where the success rate did not reach the target.
+    /// The model, which every method with the same original takes over; `None` where the success rate did not reach the
+    /// target.
     pub(crate) original: Option<Original>,
 }
 
@@ -41,7 +42,7 @@ impl Conditions<'_> {
         let mut task = OriginalTask {
             setting: Arc::clone(original),
             demonstrations: Vec::new(),
-            effort: TeachingEffort::default(),
+            effort: TotalEffort::default(),
             rate: Rate::default(),
             round: 0,
             original: None,
@@ -85,7 +86,7 @@ impl Conditions<'_> {
         &self,
         setting: &Arc<Setting>,
         method: &dyn Method,
-        spent: &mut TeachingEffort,
+        spent: &mut TotalEffort,
     ) -> Result<Evaluation, BenchError> {
         let budget = self.protocol.budget.from_scratch;
         let mut demonstrations = Vec::new();
@@ -124,7 +125,7 @@ impl Conditions<'_> {
         &self,
         setting: &Arc<Setting>,
         index: u32,
-    ) -> Result<Option<(Demonstration, TeachingEffort)>, BenchError> {
+    ) -> Result<Option<(Demonstration, TotalEffort)>, BenchError> {
         for attempt in 0..ATTEMPTS {
             self.check_interrupt()?;
             let mut episode = Episode::start(setting, self.stream(setting, "teach", &[index, attempt]))?;
@@ -137,7 +138,7 @@ impl Conditions<'_> {
                     let path = format!("{}/full-{index}", self.folder(setting));
                     archive.write(&path, &demonstration, self.schema, &Before::default())?;
                 }
-                return Ok(Some((demonstration, TeachingEffort::from(&shown.effort))));
+                return Ok(Some((demonstration, TotalEffort::from(&shown.effort))));
             }
         }
         Ok(None)

@@ -5,7 +5,7 @@ use situ::edit::{Difference, Edit};
 use situ::trace::{Branch, Counters, MatchedIn, Step, Trace};
 
 use super::count::count;
-use super::effort::TeachingEffort;
+use super::effort::TotalEffort;
 use super::rate::Rate;
 
 /// One local update of a correction, as the tables need it.
@@ -48,7 +48,7 @@ pub struct CorrectionRecord {
     /// The reference object of the primitive that ran last, or `START`.
     pub last: String,
     /// What the correction took: one demonstration.
-    pub effort: TeachingEffort,
+    pub effort: TotalEffort,
     /// The edit that the method made.
     pub edit_made: Edit,
     /// Nodes added.
@@ -74,7 +74,7 @@ impl CorrectionRecord {
     pub fn new(
         failure: String,
         last: String,
-        effort: TeachingEffort,
+        effort: TotalEffort,
         difference: &Difference,
         trace: &Trace,
         update_seconds: f64,

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// What teaching took: number and length of demonstrations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct TeachingEffort {
+pub struct TotalEffort {
     /// Demonstrations.
     pub demonstrations: u32,
     /// Keyframes over all of them.
@@ -18,7 +18,7 @@ pub struct TeachingEffort {
     pub metres: f64,
 }
 
-impl From<&situ_teachers::TeachingEffort> for TeachingEffort {
+impl From<&situ_teachers::TeachingEffort> for TotalEffort {
     /// The effort of one demonstration.
     fn from(effort: &situ_teachers::TeachingEffort) -> Self {
         let situ_teachers::TeachingEffort { keyframes, seconds, metres } = *effort;
@@ -26,7 +26,7 @@ impl From<&situ_teachers::TeachingEffort> for TeachingEffort {
     }
 }
 
-impl AddAssign for TeachingEffort {
+impl AddAssign for TotalEffort {
     fn add_assign(&mut self, other: Self) {
         self.demonstrations += other.demonstrations;
         self.keyframes += other.keyframes;

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 pub use correction::{CorrectionRecord, StepSummary};
 pub use cost::CostRecord;
 pub use count::count;
-pub use effort::TeachingEffort;
+pub use effort::TotalEffort;
 pub use key::{Identity, Key, Stage};
 pub use outcome::Outcome;
 pub use rate::Rate;

@@ -7,7 +7,7 @@ use situ::edit::Edit;
 use situ::structure::Structure;
 
 use super::correction::CorrectionRecord;
-use super::effort::TeachingEffort;
+use super::effort::TotalEffort;
 use super::key::Key;
 use super::outcome::Outcome;
 use super::rate::Rate;
@@ -36,13 +36,13 @@ pub struct RunRecord {
     /// How it ended.
     pub outcome: Outcome,
     /// What teaching the original task took.
-    pub original: TeachingEffort,
+    pub original: TotalEffort,
     /// Success of the original model on the changed task.
     pub before: Option<Rate>,
     /// Success on the changed task at the end.
     pub after: Option<Rate>,
     /// Corrective (or from-scratch) demonstrations until the target was reached or the budget used up.
-    pub effort: TeachingEffort,
+    pub effort: TotalEffort,
     /// The corrections in order.
     pub corrections: Vec<CorrectionRecord>,
     /// How the last evaluation's rollouts ended, by name.

@@ -11,7 +11,7 @@ use super::method_name::{MethodName, Methods};
 use super::publication::Publication;
 use super::table::{Table, Title};
 use crate::ledger::Canonical;
-use crate::record::{Outcome, Record, RunRecord, TeachingEffort};
+use crate::record::{Outcome, Record, RunRecord, TotalEffort};
 use crate::stats;
 
 /// The publication.
@@ -36,7 +36,7 @@ const TITLE: Title = Title {
 /// The method that others are compared with, and whose demonstrations are whole ones.
 const FROM_SCRATCH: &str = "from_scratch";
 
-type Measure = (&'static str, fn(&TeachingEffort) -> f64, usize);
+type Measure = (&'static str, fn(&TotalEffort) -> f64, usize);
 
 const MEASURES: [Measure; 4] = [
     ("demonstrations", |effort| f64::from(effort.demonstrations), 1),
