@@ -11,8 +11,8 @@ use crate::place::{NodeId, Place};
 pub struct Correction<'a> {
     /// `z`: the primitive that ran last to its end; START where none did.
     pub last: Place,
-    /// The primitive that was under way when the robot failed or was stopped, if one was. The listing knows `z` alone. But
-    /// a robot knows what it was doing, and a teacher most probably shows another way of doing that (decision D18).
+    /// The primitive that was under way when the robot failed or was stopped, if one was. The listing knows `z` alone.
+    /// But a robot knows what it was doing, and a teacher most probably shows another way of doing that (decision D18).
     pub interrupted: Option<NodeId>,
     /// `D`, with the states `S`.
     pub demonstration: &'a Demonstration,
@@ -23,8 +23,8 @@ pub struct Correction<'a> {
 /// The ground truth about a changed task that no demonstration shows. Only `oracle_edit` listens to it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Oracle {
-    /// The skills, by the teacher's names for them, that the changed task wants done in another way and that the robot has
-    /// not been shown yet.
+    /// The skills, by the teacher's names for them, that the changed task wants done in another way and that the robot
+    /// has not been shown yet.
     pub changed: BTreeSet<Arc<str>>,
 }
 

@@ -25,17 +25,19 @@ pub enum Candidates {
     All,
 }
 
-/// Decision D18: when a segment replaces a primitive's policy instead of adding a primitive beside it, or being averaged into it.
+/// Decision D18: when a segment replaces a primitive's policy. Otherwise the segment adds a primitive, or is averaged
+/// into the policy.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Modify {
-    /// The primitive's classifier must give the segment's start state at least this probability. The primitive that ran last is
-    /// asked for none: it has just been seen to run, and the teacher to step in.
+    /// The primitive's classifier must give the segment's start state at least this probability. The primitive that ran
+    /// last needs none: the teacher has just seen it run, and stepped in.
     pub min_probability: f64,
     /// The segment must be no further from the primitive's policy than this, in the unit of the cut.
     pub max_distance: f64,
-    /// A segment replaces the policy where it is displaced from it by at least this much, be it a match or not: within the cut, an average
-    /// would do neither the old thing nor the new; beyond it, a clumsy demonstration of the old thing would put itself in its place. One that
-    /// is displaced by less is an instance. Metres; infinite is never. See [`crate::primitive::Learner::displacement`].
+    /// A segment replaces the policy where it is displaced from it by at least this much, metres; infinite is never.
+    /// This holds for a match and for an unmatched segment. An average of a displaced match would do neither the old
+    /// thing nor the new. A segment that is displaced by less is one more instance: a clumsy demonstration of the old
+    /// thing must not replace it. See [`crate::primitive::Learner::displacement`].
     pub min_displacement: f64,
 }
 
@@ -46,7 +48,8 @@ pub struct Decisions {
     pub subtract_own_positives: bool,
     /// D2: background negatives.
     pub background: Background,
-    /// D3: give the segment's start state to the siblings as a negative, END among them, and terminal states to END's siblings.
+    /// D3: give the segment's start state to the siblings as a negative, END among them, and terminal states to END's
+    /// siblings.
     pub push_to_siblings: bool,
     /// D4: whether clusters of candidates without the segment are merged.
     pub merge_redundant: bool,
@@ -65,9 +68,9 @@ impl Decisions {
             push_to_siblings: true,
             merge_redundant: true,
             candidates: Candidates::ReferenceFallback(8),
-            // A keyframe that a novice gives with 1 cm of noise is 6 cm from the mean at the most, that of a near-variant 8 cm.
-            // The robot would have executed the child it modifies (0.3 is the quick protocol's confidence), and a shape that changes by
-            // 12 cm is further away than the 8 cm of a near-variant: distances of 17 to 34 in sort_blocks/high_bins.
+            // The robot would have executed the child that it modifies: 0.3 is the quick protocol's confidence. A shape
+            // that changes by 12 cm has distances of 17 to 34 in sort_blocks/high_bins. A novice's keyframe, with 1 cm
+            // of noise, is 6 cm from the mean at the most; that of a near-variant is 8 cm from it.
             modify: Some(Modify { min_probability: 0.3, max_distance: 40.0, min_displacement: 0.07 }),
         }
     }

@@ -133,7 +133,7 @@ pub struct Keyframe {
     pub hold: f64,
     /// The world before the motion to this keyframe (decision D0).
     pub state: State,
-    /// What the teacher calls what is being done, where the teacher says so. SITU does not listen; some of those it is compared with do.
+    /// The teacher's name for the skill, where the teacher says one. SITU does not listen; some other methods do.
     pub narration: Option<Arc<str>>,
 }
 
@@ -255,8 +255,8 @@ pub struct Segment {
     pub start: State,
     /// At least one keyframe, relative to the reference object.
     pub keyframes: Vec<RelativeKeyframe>,
-    /// What the teacher called it: one name, or several in order where skills on one object follow each other. Empty unless
-    /// every keyframe was named.
+    /// What the teacher called it: one name, or several in order where skills on one object follow each other. Empty
+    /// unless every keyframe was named.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub narration: Vec<Arc<str>>,
 }

@@ -62,8 +62,8 @@ pub struct Difference {
 }
 
 impl Difference {
-    /// The edit as one word. A node added brings its edges, a modification may bring an edge: so additions of nodes come
-    /// first, then modifications, then additions of edges.
+    /// The edit as one word. A new node brings its edges, and a modification may bring an edge. So additions of nodes
+    /// come first, then modifications, then additions of edges.
     pub fn edit(&self) -> Edit {
         if !self.nodes_added.is_empty() {
             Edit::NodeAddition

@@ -12,12 +12,12 @@ use crate::update::Update;
 
 /// SITU: folds a correction into a task model, all of it or nothing.
 ///
-/// The cost depends on the applicable primitives and their neighbours, not on the size of the model. Only the scan of A1.6
-/// grows with the model.
+/// The cost depends on the applicable primitives and their neighbours, not on the size of the model. Only the scan of
+/// A1.6 grows with the model.
 ///
 /// # Errors
-/// Where the last primitive is END or not in the model, the interrupted one is not in the model, or the learner refuses a
-/// segment. The model is then as it was before.
+/// Where the last primitive is END or not in the model, the interrupted one is not in the model, or the learner refuses
+/// a segment. The model is then as it was before.
 pub fn situ<L: Learner>(
     correction: Correction<'_>,
     model: &mut TaskModel<L>,
@@ -28,8 +28,8 @@ pub fn situ<L: Learner>(
     fold(correction, history, model, learner, decisions, &mut ByPolicy)
 }
 
-/// Folds a correction in by Algorithms 1 and 2, all of it or nothing. `history` is the correction as the model writes it
-/// down ([`TaskModel::history`]); `placement` decides where its segments belong.
+/// Folds a correction in by Algorithms 1 and 2, all of it or nothing. `history` is the correction as the model writes
+/// it down ([`TaskModel::history`]); `placement` decides where its segments belong.
 ///
 /// # Errors
 /// Where the learner refuses a segment. The model is then as it was before.

@@ -31,7 +31,8 @@ pub struct Graph {
     pub nodes: Vec<GraphNode>,
     /// The edges, START and END among their ends, in order.
     pub edges: Vec<(Place, Place)>,
-    /// The number of keyframes of each segment: one list for each demonstration, in the order in which the model saw them.
+    /// The number of keyframes of each segment: one list for each demonstration, in the order in which the model saw
+    /// them.
     pub lengths: Vec<Vec<usize>>,
 }
 

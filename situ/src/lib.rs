@@ -1,4 +1,5 @@
-//! State-Indexed Task Updates (SITU): task models as automata of primitives, and how corrective demonstrations change them.
+//! State-Indexed Task Updates (SITU): task models as automata of primitives, and how corrective demonstrations change
+//! them.
 //!
 //! The paper is Gutierrez, Short, Niekum and Thomaz, "Towards Online Learning from Corrective Demonstrations" (2018).
 //!
@@ -7,10 +8,11 @@
 //! | task model `T` | [`task_model::TaskModel`] |
 //! | node `z`, policy `π`, initiation classifier `c` | [`task_model::Node`], [`primitive`] |
 //! | `parent(z)`, `children(z)` | [`task_model::TaskModel::parents`], [`task_model::TaskModel::children`] |
-//! | Algorithm 1, `SITU(z, S, D, T)` | [`situ::situ`], its `z`, `S`, `D` a [`correction::Correction`] |
-//! | Algorithm 2, `Local-Update` | `local_update` in [`mod@situ`] |
+//! | Algorithms 1 and 2, line by line | `situ/src/situ.rs`, two methods of an [`update::Update`] |
+//! | `SITU(z, S, D, T)` as others call it | [`fold::situ`]; `z`, `S` and `D` are a [`correction::Correction`] |
+//! | what the listing leaves open, one hook for each line | [`mending`]; the switches: [`decisions`] |
 //! | A1.6, applicable primitives | [`task_model::TaskModel::applicable`] |
-//! | A2.2, A2.4: Cluster, Find-Policy | [`candidates::find`], [`primitive::Learner::cluster_and_find`] |
+//! | A2.2, A2.4: Cluster, Find-Policy | [`placement::ByPolicy`], [`primitive::Learner::cluster_and_find`] |
 //! | A2.3, Local-Reconnect | [`task_model::TaskModel::local_reconnect`] |
 //! | `S(Z)` | [`task_model::TaskModel::starts`] |
 //! | Fit-Policy, Fit-Classifier | [`primitive::Learner`] |

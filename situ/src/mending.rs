@@ -1,7 +1,7 @@
 //! The mendings: what the listing leaves open or gets wrong about the structure of an update, one hook a listing line.
 //!
-//! Each hook is a decision ([`crate::decisions`]). Where the decision is switched off, its hook does nothing, and what is
-//! left is the listing as printed.
+//! Each hook is a decision ([`crate::decisions`]). Where the decision is switched off, its hook does nothing, and what
+//! is left is the listing as printed.
 //!
 //! | line | decision | hook |
 //! |---|---|---|
@@ -36,8 +36,8 @@ impl<L: Learner> Update<'_, L> {
         }
     }
 
-    /// A2.2, D10: where no candidate matches, other primitives of the segment's object are compared with it, those that are
-    /// most probable in its start state.
+    /// A2.2, D10: where no candidate matches, other primitives of the segment's object are compared with it, those that
+    /// are most probable in its start state.
     ///
     /// # Errors
     /// Where the learner refuses the segment.
@@ -70,8 +70,8 @@ impl<L: Learner> Update<'_, L> {
         })
     }
 
-    /// A2.4, D18: a match, or the first suspect that an unmatched segment is near. Its policy is replaced where the segment
-    /// is displaced from it. Where it is not, noise sets the two apart, and the segment is one more instance.
+    /// A2.4, D18: a match, or the first suspect that an unmatched segment is near. Its policy is replaced where the
+    /// segment is displaced from it. Where it is not, noise sets the two apart, and the segment is one more instance.
     ///
     /// # Errors
     /// Where the learner refuses the segment.
@@ -105,8 +105,8 @@ impl<L: Learner> Update<'_, L> {
         negatives.extend(self.model.background(self.decisions.background, [a].into_iter(), positives));
     }
 
-    /// A2.17, D1 and D2: `z` is a child of each of its parents, so the printed negatives hold its own positives; these are
-    /// taken out. The states in which `a` begins are added.
+    /// A2.17, D1 and D2: `z` is a child of each of its parents, so the printed negatives hold its own positives; these
+    /// are taken out. The states in which `a` begins are added.
     pub fn mend_negatives(&self, a: Place, z: NodeId, negatives: &mut BTreeSet<SampleId>) {
         if self.decisions.background.neighbours {
             negatives.extend(self.model.starts([a].into_iter()));
@@ -117,8 +117,8 @@ impl<L: Learner> Update<'_, L> {
         }
     }
 
-    /// A2.12, A2.20 and END, D3: `place` has begun after `a` in the state of a sample. The other children of `a`, END among
-    /// them, learn that they do not begin there.
+    /// A2.12, A2.20 and END, D3: `place` has begun after `a` in the state of a sample. The other children of `a`, END
+    /// among them, learn that they do not begin there.
     ///
     /// # Errors
     /// Where the learner refuses.
@@ -138,8 +138,8 @@ impl<L: Learner> Update<'_, L> {
     }
 }
 
-/// D18: the primitives on the segment's object that it can be showing another way of, the likeliest first: the one that was
-/// interrupted, the most probable child of `a` if it is probable enough, and `a` itself.
+/// D18: the primitives on the segment's object that it can be showing another way of, the likeliest first: the one that
+/// was interrupted, the most probable child of `a` if it is probable enough, and `a` itself.
 ///
 /// # Errors
 /// [`SituError::UnknownNode`].

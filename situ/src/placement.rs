@@ -1,7 +1,7 @@
 //! What decides where a segment belongs: lines A1.6, A2.2 and A2.4 of the listing.
 //!
-//! SITU indexes the model by its classifiers and compares policies ([`ByPolicy`]). Other methods are told, or plan ahead;
-//! what follows from their answers is Algorithm 2 all the same.
+//! SITU indexes the model by its classifiers and compares policies ([`ByPolicy`]). Other methods are told, or plan
+//! ahead; what follows from their answers is Algorithm 2 all the same.
 
 use crate::error::SituError;
 use crate::matching::{Clusters, Match};
@@ -28,8 +28,8 @@ pub trait Placement<L: Learner> {
         Ok(Clusters::default())
     }
 
-    /// A2.4: Find-Policy, for a segment that was shown after `a`. `own` is the node of the segment's own cluster as it is
-    /// called after Local-Reconnect. `None` is the listing's `∅`.
+    /// A2.4: Find-Policy, for a segment that was shown after `a`. `own` is the node of the segment's own cluster as it
+    /// is called after Local-Reconnect. `None` is the listing's `∅`.
     ///
     /// # Errors
     /// Where the learner refuses the segment.
@@ -52,8 +52,8 @@ impl<L: Learner> Placement<L> for ByPolicy {
         update.model.applicable(&state, &mut update.counters)
     }
 
-    /// The keyframe instantiation of the paper clusters the segment's own policy together with the others, so that Cluster
-    /// does the work of Find-Policy, too (decision D4). Decision D10 chooses what is compared.
+    /// The keyframe instantiation of the paper clusters the segment's own policy together with the others, so that
+    /// Cluster does the work of Find-Policy, too (decision D4). Decision D10 chooses what is compared.
     fn cluster(
         &mut self,
         update: &mut Update<'_, L>,

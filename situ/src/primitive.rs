@@ -16,8 +16,8 @@ pub trait Initiation {
     /// Whether `c(state) = 1`: indexes the model (A1.6).
     fn is_applicable(&self, state: &State) -> bool;
 
-    /// A ball of states outside of which it is never applicable, where there is one: it is asked first, of all primitives at once. The
-    /// scales are the same for all classifiers of a model.
+    /// A ball of states, where there is one: outside of it the classifier is never activated. The scan of A1.6 asks all
+    /// balls first, many at once. The scales are the same for all classifiers of a model.
     fn ball(&self) -> Option<Ball<'_>> {
         None
     }
@@ -45,7 +45,8 @@ pub struct Clustering {
 
 /// Fits policies and initiation classifiers, and decides which segments belong together.
 ///
-/// The algorithm needs nothing else of a representation: the paper's Find-Policy operator is [`Learner::cluster_and_find`].
+/// The algorithm needs nothing else of a representation: the paper's Find-Policy operator is
+/// [`Learner::cluster_and_find`].
 pub trait Learner {
     /// A policy `π`.
     type Policy: Clone + Debug + PartialEq;
@@ -60,8 +61,8 @@ pub trait Learner {
     /// Where no policy can be fitted to these segments.
     fn fit_policy(&self, segments: &[&Segment], counters: &mut Counters) -> Result<Self::Policy, SituError>;
 
-    /// Fit-Classifier (A2.9) and Update-Classifier (A2.19). `background` are the negatives of decision D2.
-    /// A classifier that was there before can start the fit; it must not change where it ends by more than its tolerance.
+    /// Fit-Classifier (A2.9) and Update-Classifier (A2.19). `background` are the negatives of decision D2. A classifier
+    /// that was there before can start the fit; it must not change where it ends by more than its tolerance.
     ///
     /// # Errors
     /// Where there is no positive sample.
@@ -72,8 +73,8 @@ pub trait Learner {
         counters: &mut Counters,
     ) -> Result<Self::Classifier, SituError>;
 
-    /// Cluster and Find-Policy (A2.2, A2.4): clusters a segment's own policy with those of the candidates, whose distances
-    /// `among` them are known: (0,1), (0,2), …, (1,2), …
+    /// Cluster and Find-Policy (A2.2, A2.4): clusters a segment's own policy with those of the candidates, whose
+    /// distances `among` them are known: (0,1), (0,2), …, (1,2), …
     fn cluster_and_find(
         &self,
         own: &Self::Policy,
@@ -83,8 +84,8 @@ pub trait Learner {
         counters: &mut Counters,
     ) -> Clustering;
 
-    /// The distance between two policies, in the unit of the calibration's cut; infinite where they cannot be compared. Where a
-    /// calibration is given, only the side of its cut need be right.
+    /// The distance between two policies, in the unit of the calibration's cut; infinite where they cannot be compared.
+    /// Where a calibration is given, only the side of its cut need be right.
     fn distance(
         &self,
         left: &Self::Policy,
@@ -100,7 +101,8 @@ pub trait Learner {
     fn calibrate(&self, originals: &[&[Arc<Segment>]], counters: &mut Counters)
     -> Result<Self::Calibration, SituError>;
 
-    /// Clusters all segments at once, as a full retraining does: a label a segment, 0, 1, 2, … in order of first appearance.
+    /// Clusters all segments at once, as a full retraining does. Returns one label for each segment: 0, 1, 2, … in
+    /// order of first appearance.
     ///
     /// # Errors
     /// Where a segment's own model cannot be fitted.

@@ -1,4 +1,5 @@
-//! Segmentation of a keyframe demonstration by change of reference object (paper, "Segmentation"), or by what the teacher says.
+//! Segmentation of a keyframe demonstration by change of reference object (paper, "Segmentation"), or by what the
+//! teacher says.
 
 use std::sync::Arc;
 
@@ -8,7 +9,8 @@ use crate::demonstration::{Demonstration, Keyframe, RelativeKeyframe, Segment};
 ///
 /// Each segment's keyframes are expressed in the frame that its reference object had at the segment's *first* keyframe:
 /// an object that moves with the hand would otherwise make the lift after a grasp vanish (decision D0b). Consecutive
-/// skills on one object become one segment (decision D0c). A demonstration has a keyframe, so there is at least one segment.
+/// skills on one object become one segment (decision D0c). A demonstration has a keyframe, so there is at least one
+/// segment.
 pub fn by_reference_object(demonstration: &Demonstration) -> Vec<Segment> {
     demonstration.keyframes().chunk_by(|left, right| left.reference == right.reference).map(segment).collect()
 }

@@ -1,8 +1,8 @@
 //! Algorithm 1 (SITU) and Algorithm 2 (Local-Update), line by line. `A1.6` is line 6 of the listing of Algorithm 1.
 //!
-//! A line that begins with `D` is a decision which the paper leaves open. Each is a hook in [`crate::mending`] that does
-//! nothing where its decision is switched off, but for D9 (the new names of merged nodes) and D17 (the trace). What the
-//! lines call is in [`crate::update`].
+//! A line that begins with `D` is a decision which the paper leaves open. Each is a hook in [`crate::mending`] that
+//! does nothing where its decision is switched off, but for D9 (the new names of merged nodes) and D17 (the trace).
+//! What the lines call is in [`crate::update`].
 
 use std::collections::BTreeSet;
 
@@ -15,8 +15,8 @@ use crate::update::Update;
 impl<L: Learner> Update<'_, L> {
     /// Algorithm 1: folds the segments `D`, shown after the primitive `z`, into the task model `T` (`self.model`).
     ///
-    /// Returns the primitive that the last segment belongs to. `placement` says where a segment belongs: for SITU itself
-    /// that is [`crate::placement::ByPolicy`].
+    /// Returns the primitive that the last segment belongs to. `placement` says where a segment belongs: for SITU
+    /// itself that is [`crate::placement::ByPolicy`].
     ///
     /// # Errors
     /// Where the learner refuses a segment. The model is then half-way: [`crate::fold::fold`] undoes it.
@@ -33,9 +33,10 @@ impl<L: Learner> Update<'_, L> {
             let s = SampleId::Start(segments[i]); // A1.4: s ← S[i]
             let d = segments[i]; // A1.5: d ← D[i]
             self.begin_step(d); // D17
-            let z = placement.applicable(self, s); // A1.6: Z ← { z_j ∈ T | c_j(s) = 1 }
-            a = Place::Node(self.local_update(a, s, d, &z, placement)?); // A1.7: T, a ← Local-Update(a, s, d, Z, T)
-            self.end_step(z.len()); // D17
+            let applicable = placement.applicable(self, s); // A1.6: Z ← { z_j ∈ T | c_j(s) = 1 }
+            let z = self.local_update(a, s, d, &applicable, placement)?;
+            a = Place::Node(z); // A1.7: T, a ← Local-Update(a, s, d, Z, T)
+            self.end_step(applicable.len()); // D17
         }
         Ok(a)
     }
@@ -62,7 +63,8 @@ impl<L: Learner> Update<'_, L> {
             let policy = self.fit_policy(d)?; // A2.8: π ← Fit-Policy(d)
             let samples = Samples { positives, negatives };
             let classifier = self.fit_classifier(&samples)?; // A2.9: c ← Fit-Classifier(p, n)
-            let z = self.add_node(d, policy, samples, classifier); // A2.10, A2.11: z ← {π, c}; Add-Node(T, z)
+            let z = (policy, samples, classifier); // A2.10: z ← {π, c}
+            let z = self.add_node(d, z); // A2.11: Add-Node(T, z)
             self.add_edge(a, z); // A2.12: Add-Edge(T, (a, z))
             self.tell_siblings(a, Place::Node(z), s)?; // D3
             return Ok(z); // A2.13: return T, z

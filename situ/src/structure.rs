@@ -1,9 +1,11 @@
-//! How far a model's structure is what the teacher meant: pairs of keyframes in one node, and transitions between skills.
+//! How far a model's structure is what the teacher meant: pairs of keyframes in one node, and transitions between
+//! skills.
 //!
-//! The truth is the teacher's narration, which no method that is scored needs to hear. Nodes are scored by pairs, as clusterings are (Rand 1971;
-//! Manning, Raghavan and Schütze 2008, section 16.3): two keyframes belong together where the teacher calls both the same. Edges are scored in
-//! the space of the names, so that models with other nodes can be compared: an edge is right where the skill that its first node ends with was
-//! followed, somewhere in what was shown, by the skill that its second node begins with. What follows what inside a node is an edge, too.
+//! The truth is the teacher's narration. Methods need not hear it to be scored. Nodes are scored by pairs, as
+//! clusterings are (Rand 1971; Manning, Raghavan and Schütze 2008, section 16.3): two keyframes belong together where
+//! the teacher calls both the same. Edges are scored by the names, so that models with other nodes can be compared. An
+//! edge is right where the skill that its first node ends with was followed, in some demonstration, by the skill that
+//! its second node begins with. Two skills that follow each other inside a node are an edge, too.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -64,7 +66,7 @@ pub struct Truth {
     /// The labels of each demonstration, one for each keyframe.
     shown: Vec<Vec<Arc<str>>>,
     transitions: BTreeSet<(Label, Label)>,
-    /// Whether some keyframe has no name: nothing can be scored then.
+    /// Whether some keyframe has no name. Then no model can be scored.
     is_silent: bool,
 }
 

@@ -187,8 +187,8 @@ impl<L: Learner> TaskModel<L> {
         passing
     }
 
-    /// The distances between the policies of these nodes, in ascending order of their ids: (0,1), (0,2), …, (1,2), … Those of pairs whose
-    /// policies did not change since they were last asked for are not computed again.
+    /// The distances between the policies of these nodes, in ascending order of their ids: (0,1), (0,2), …, (1,2), … A
+    /// distance is kept until one of its two policies changes.
     ///
     /// # Errors
     /// [`SituError::UnknownNode`].
@@ -329,7 +329,8 @@ impl<L: Learner> TaskModel<L> {
         nodes.push(id);
     }
 
-    /// Makes a segment an instance of a node, for its policy as well; the policy is fitted anew by [`TaskModel::fit_policy`].
+    /// Makes a segment an instance of a node, for its policy as well; the policy is fitted anew by
+    /// [`TaskModel::fit_policy`].
     ///
     /// # Errors
     /// [`SituError::UnknownNode`].
@@ -349,8 +350,8 @@ impl<L: Learner> TaskModel<L> {
         Ok(())
     }
 
-    /// Makes a segment an instance of a node, and the policy fitted to it alone the node's (decision D18): the other segments remain its
-    /// instances, but its policy is no longer of them.
+    /// Makes a segment an instance of a node, and gives the node the policy that was fitted to this segment alone
+    /// (decision D18). The other segments remain instances of the node, but no longer teach its policy.
     ///
     /// # Errors
     /// [`SituError::UnknownNode`].

@@ -23,8 +23,8 @@ pub struct Counters {
     pub nodes_touched: u64,
     /// Segments read to fit a policy or a signature.
     pub segments_touched: u64,
-    /// Newton steps of the logistic regressions inside expectation maximisation: those of `itmcd`, for no other method has any. Those of an
-    /// initiation classifier are part of its fit and not counted. Left out where there are none.
+    /// Newton steps of the logistic regressions inside expectation maximisation. Only `itmcd` has any. The steps of an
+    /// initiation classifier are part of its fit and are not counted. Left out where there are none.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub logistic_steps: u64,
 }
@@ -136,7 +136,8 @@ impl Step {
 /// What one update did.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Trace {
-    /// One step for each segment; empty for a full retraining and for the refinement of single primitives, which have none.
+    /// One step for each segment; empty for a full retraining and for the refinement of single primitives, which have
+    /// none.
     pub steps: Vec<Step>,
     /// All the work, the steps' and what belongs to no step (END).
     pub counters: Counters,

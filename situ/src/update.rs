@@ -18,7 +18,8 @@ pub struct Update<'a, L: Learner> {
     pub learner: &'a L,
     /// The open decisions.
     pub decisions: &'a Decisions,
-    /// The primitive that was interrupted, until the first segment has been asked whether it shows another way of it (D18).
+    /// The primitive that was interrupted, until the first segment has been asked whether it shows another way of it
+    /// (D18).
     pub interrupted: Option<NodeId>,
     /// The work of the step under way.
     pub counters: Counters,
@@ -164,9 +165,7 @@ impl<'a, L: Learner> Update<'a, L> {
     pub(crate) fn add_node(
         &mut self,
         d: SegmentId,
-        policy: L::Policy,
-        samples: Samples,
-        classifier: L::Classifier,
+        (policy, samples, classifier): (L::Policy, Samples, L::Classifier),
     ) -> NodeId {
         let z = self.model.add_node(BTreeSet::from([d]), policy, samples, classifier);
         self.model.place(d, z);
@@ -175,7 +174,8 @@ impl<'a, L: Learner> Update<'a, L> {
         z
     }
 
-    /// Update-Policy (A2.18), as an exact refit; where the segment replaces the policy (D18), as that of the segment alone.
+    /// Update-Policy (A2.18), as an exact refit; where the segment replaces the policy (D18), as that of the segment
+    /// alone.
     ///
     /// # Errors
     /// Where the learner refuses; [`SituError::UnknownNode`].
@@ -214,8 +214,8 @@ impl<'a, L: Learner> Update<'a, L> {
         self.note(|step| (step.after, step.node, step.edge_added) = (a, z, is_new));
     }
 
-    /// D11: the listing has no END. The final state of a demonstration that was carried on to the end is a positive of END,
-    /// after `a`, the primitive that ran last; the siblings are told (D3).
+    /// D11: the listing has no END. The final state of a demonstration that was carried on to the end is a positive of
+    /// END, after `a`, the primitive that ran last; the siblings are told (D3).
     ///
     /// # Errors
     /// Where the learner refuses.

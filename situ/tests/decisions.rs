@@ -1,6 +1,6 @@
-//! Each decision about the structure of an update, pinned: what `situ` does, and what the listing does where it is switched back.
+//! Each decision about the structure of an update, pinned: what `situ` does, and what the listing does in its place.
 //!
-//! The learner is the one on a line: which policies are one is plain to see, so that only Algorithms 1 and 2 are at work.
+//! The learner is the one on a line. It is plain to see which policies are one, so only Algorithms 1 and 2 are at work.
 
 mod common;
 
@@ -251,7 +251,8 @@ fn d18_what_was_interrupted_is_the_first_to_be_shown_another_way() {
     let rule = Modify { min_probability: 0.5, max_distance: 8.0, min_displacement: 5.0 };
     let decisions = Decisions { modify: Some(rule), ..MENDED };
     let (a, b) = (node(&model.0, id(0, 0)), node(&model.0, id(0, 1)));
-    // Half way through B the world looks like nothing in which B begins; another segment of the correction comes after it.
+    // Half way through B the world looks like nothing in which B begins; another segment of the correction comes after
+    // it.
     let shown = spelt(&[(1, 6.0, 40.0), (2, 6.0, 41.0)], 0.0, false);
     let correct = |interrupted| {
         let correction = Correction { interrupted, ..Correction::after(Place::Node(a), &shown) };

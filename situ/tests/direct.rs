@@ -16,8 +16,9 @@ fn taught(name: &str, task: &Task) -> Box<dyn Learned> {
     named(name).unwrap().teach(&task.schema, &task.originals(3, CAREFUL), SEED).unwrap()
 }
 
-/// The bound from above is one: whoever is told the structure gets it right, of random tasks and at random places. So does who hears the names,
-/// for nothing here is called by two names, and what is shown again replaces what was shown before.
+/// The upper bound is one: a method that is told the structure gets it right, in random tasks and at random places. So
+/// does a method that hears the names, because here every skill has one name, and a skill that is shown again replaces
+/// the old.
 #[test]
 fn who_is_told_makes_the_edit_that_is_needed() {
     for draw in 0..12 {

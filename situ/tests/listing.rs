@@ -1,10 +1,11 @@
-//! The listing, transcribed as it is printed by somebody who has never seen the crate's own update, beside `situ:literal`.
+//! The listing, transcribed as it is printed by somebody who has never seen the crate's own update, beside
+//! `situ:literal`.
 //!
-//! The transcription keeps no index and no journal, fits every primitive again after every line, and writes each line as
-//! the paper has it. It takes over only what the keyframe instantiation cannot do without: the segment's start state is the
-//! world before its motion (D0), Cluster and Find-Policy are one (D4), merged nodes get new names (D9), and there are START
-//! and END (D11). Over random automata and random corrections, with a learner on a line that reaches every branch, both
-//! must make the same task model.
+//! The transcription keeps no index and no journal, fits every primitive again after every line, and writes each line
+//! as the paper has it. It takes over only what the keyframe instantiation cannot do without: the segment's start state
+//! is the world before its motion (D0), Cluster and Find-Policy are one (D4), merged nodes get new names (D9), and
+//! there are START and END (D11). Over random automata and random corrections, with a learner on a line that reaches
+//! every branch, both must make the same task model.
 
 mod common;
 

@@ -80,9 +80,9 @@ const SEGMENTS_ITSELF: &str = "bp_ar_hmm";
 
 /// Whether the most probable children lead from START to END through the states of a demonstration.
 ///
-/// Where nodes are runs that the method found, several can share a segment's state, or one span two: so what is asked is that there be a way, each
-/// child being the most probable in the present state or the next, on the object of the present segment or of a neighbour, that ends at END in the
-/// final state and uses no probability below ½.
+/// A method that finds its own runs can have several nodes for a segment's state, or one node for two. So the test asks
+/// for a path to END in the final state. On it each child is the most probable in the present state or the next, on the
+/// object of the present segment or of a neighbour, with a probability of at least ½.
 fn leads_to_end(model: &dyn Learned, demonstration: &Demonstration) -> bool {
     let runs = demonstration.keyframes().chunk_by(|left, right| left.reference == right.reference);
     let (mut states, objects): (Vec<&State>, Vec<&str>) = runs.map(|run| (&run[0].state, &*run[0].reference)).unzip();

@@ -173,8 +173,8 @@ impl Learner for Refusing {
     }
 }
 
-/// Wherever in a correction the learner refuses, the model is as it was, and learns the same afterwards. The correction adds
-/// a node, merges three nodes that are fragments of one, adds edges, tells siblings, and ends at END.
+/// Wherever in a correction the learner refuses, the model is as it was, and learns the same afterwards. The correction
+/// adds a node, merges three nodes that are fragments of one, adds edges, tells siblings, and ends at END.
 #[test]
 fn a_correction_is_folded_in_whole_or_not_at_all() {
     for decisions in [Decisions::mended(), Decisions::literal()] {

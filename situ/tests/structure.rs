@@ -51,7 +51,8 @@ const fn z(id: u32) -> Place {
     Place::Node(NodeId(id))
 }
 
-/// An original a1 a1 a2 b3 and a correction b3 from where b3 ran, which goes on to the end. Two skills on one object are one segment.
+/// An original a1 a1 a2 b3 and a correction b3 from where b3 ran, which goes on to the end. Two skills on one object
+/// are one segment.
 ///
 /// True pairs: 1 of a1, 0 of a2, 1 of b3. Transitions: START a1, a1 a2, a2 b3, b3 END, and b3 b3 of the correction.
 #[test]
@@ -78,7 +79,7 @@ fn a_small_task_by_hand() {
     let expected =
         Structure { nodes: 3, edges: 5, duplicates: 1, pairs: agreement(1, 3, 2), transitions: agreement(5, 5, 5) };
     assert_eq!(score(&split), expected);
-    // The model that was never corrected lacks the retry; an edge that nobody showed and a node that holds nothing are wrong.
+    // The model that was never corrected lacks the retry. An edge that nobody showed is wrong, and so is an empty node.
     assert_eq!(score(&taught).transitions, agreement(4, 4, 5));
     let odd =
         graph(&[&[(0, 0)], &[(0, 1)], &[]], &[(START, z(0)), (z(0), z(1)), (z(1), z(0)), (z(1), z(2)), (z(1), END)]);

@@ -1,7 +1,7 @@
 //! Properties of an update, for random automata and random corrections.
 //!
-//! Once with a learner on a line, which reaches every branch in thousands of automata, and once with the keyframe learner of
-//! `situ` and of the literal listing.
+//! Once with a learner on a line, which reaches every branch in thousands of automata, and once with the keyframe
+//! learner of `situ` and of the literal listing.
 
 mod common;
 
@@ -63,8 +63,8 @@ fn candidates_of<L: Learner>(model: &TaskModel<L>, segment: &Segment, decisions:
     }
 }
 
-/// The nodes that an update by a demonstration of one segment may not touch: neither candidates, nor children of `last`, nor
-/// children of what they may be merged into.
+/// The nodes that an update by a demonstration of one segment may not touch: neither candidates, nor children of
+/// `last`, nor children of what they may be merged into.
 fn out_of_reach<L: Learner>(
     before: &TaskModel<L>,
     last: Place,
@@ -128,7 +128,7 @@ where
         assert_eq!(step.model_size, size);
         let merged: usize = step.merged.iter().map(|(group, _)| group.len() - 1).sum();
         size = size - merged + usize::from(matches!(step.branch, Branch::New));
-        // A match is taken for another way of doing the same, or for the same; what is unmatched is new, or one of these (D18).
+        // A match is an instance or another way of doing the same. An unmatched segment is new, or one of these (D18).
         match step.branch {
             Branch::Existing => assert!(step.matched_in != MatchedIn::None || decisions.modify.is_some()),
             Branch::New => assert_eq!(step.matched_in, MatchedIn::None),
@@ -180,8 +180,8 @@ where
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
 
-    /// Random words in random states: every branch, merges of `a` and of bystanders, modifications, corrections after any
-    /// node and after START, carried on to the end or not.
+    /// Random words in random states: every branch, merges of `a` and of bystanders, modifications, corrections after
+    /// any node and after START, carried on to the end or not.
     #[test]
     fn any_automaton_keeps_its_structure(
         originals in prop::collection::vec((words(5), any::<bool>()), 1..4),

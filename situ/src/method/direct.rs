@@ -1,5 +1,6 @@
-//! Updates that do not search for the primitive that a segment belongs to: they always add one (`append_only`), are told
-//! (`oracle_edit`), or listen to the teacher (`narrated_hierarchy`). The rest is Algorithm 2 from line 5 on, as in SITU.
+//! Updates that do not search for the primitive that a segment belongs to: they always add one (`append_only`), are
+//! told (`oracle_edit`), or listen to the teacher (`narrated_hierarchy`). The rest is Algorithm 2 from line 5 on, as in
+//! SITU.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -25,11 +26,11 @@ use crate::update::Update;
 pub(super) enum Rule {
     /// It never does: each segment is a new primitive. So the tables show what clustering saves.
     Append,
-    /// By the teacher's name for it; an oracle says which skills the task wants done in another way (Kappler et al. 2015: a
-    /// graph specified by hand). It is the upper bound of SITU's decisions about structure.
+    /// By the teacher's name for it; an oracle says which skills the task wants done in another way (Kappler et al.
+    /// 2015: a graph specified by hand). It is the upper bound of SITU's decisions about structure.
     Oracle,
-    /// By the teacher's name for it (Mohseni-Kabir et al. 2015). What is shown again under a name replaces what was shown
-    /// before.
+    /// By the teacher's name for it (Mohseni-Kabir et al. 2015). What is shown again under a name replaces what was
+    /// shown before.
     Narrated,
 }
 
@@ -113,7 +114,8 @@ impl<L: Learner> Placement<L> for Direct<'_> {
     }
 }
 
-/// An automaton whose primitives are the names that the teacher gave, each on its object; the demonstrations were [`check`]ed.
+/// An automaton with one primitive for each name that the teacher gave, on its object. The demonstrations were
+/// [`check`]ed.
 ///
 /// # Errors
 /// [`SituError::NoDemonstration`], or where the learner refuses a segment.

@@ -1,4 +1,5 @@
-//! The methods over keyframe task models: SITU, its literal reading and its ablations, full retraining, and the controls.
+//! The methods over keyframe task models: SITU, its literal reading and its ablations, full retraining, and the
+//! controls.
 //!
 //! All share one representation and its kernels, so that a difference between two of them is the update's.
 

@@ -17,8 +17,8 @@ pub trait Learned: Send + Sync {
     /// Folds a correction in, all of it or nothing.
     ///
     /// # Errors
-    /// Where what is said to have run cannot have run, the states are of another schema, or the learner refuses a segment.
-    /// The model is then as it was before.
+    /// Where what is said to have run cannot have run, the states are of another schema, or the learner refuses a
+    /// segment. The model is then as it was before.
     fn correct(&mut self, correction: Correction<'_>) -> Result<Trace, SituError>;
 
     /// The place that most probably follows `last` in `state`, and its probability; `None` where no place follows.

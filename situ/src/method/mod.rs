@@ -47,8 +47,8 @@ pub trait Method: Send + Sync {
     /// What it does with a changed task.
     fn role(&self) -> Role;
 
-    /// What the method's model of the original task is called. Methods with one word have one model of it, number for number;
-    /// it is learned and evaluated once. A representation of its own has a word of its own.
+    /// What the method's model of the original task is called. Methods with one word have one model of it, number for
+    /// number; it is learned and evaluated once. A representation of its own has a word of its own.
     fn original(&self) -> &'static str {
         self.name()
     }
@@ -59,8 +59,8 @@ pub trait Method: Send + Sync {
         &Edit::ALL
     }
 
-    /// Learns the original task from these demonstrations. `seed` is the root of whatever the method draws (the Monte Carlo
-    /// divergences of some); equal seeds give equal models.
+    /// Learns the original task from these demonstrations. `seed` is the root of whatever the method draws (the Monte
+    /// Carlo divergences of some); equal seeds give equal models.
     ///
     /// # Errors
     /// [`SituError::NoDemonstration`], or where a demonstration cannot be learned.
@@ -71,7 +71,8 @@ pub trait Method: Send + Sync {
         seed: u64,
     ) -> Result<Original, SituError>;
 
-    /// Takes over a model of the original task that this method, or another with the same [`Method::original`], has learned.
+    /// Takes over a model of the original task that this method, or another with the same [`Method::original`], has
+    /// learned.
     ///
     /// # Errors
     /// [`SituError::OtherOriginal`] where the model is of another kind.

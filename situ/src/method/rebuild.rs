@@ -41,8 +41,8 @@ pub fn rebuild<L: Learner>(
     assemble(histories, &labels, calibration, learner, decisions, counters)
 }
 
-/// Builds a task model whose primitives are known: `labels` has one number for each segment, in the order of the histories,
-/// 0, 1, 2, … in order of first appearance.
+/// Builds a task model whose primitives are known: `labels` has one number for each segment, in the order of the
+/// histories, 0, 1, 2, … in order of first appearance.
 ///
 /// # Errors
 /// Where the learner refuses a segment.

@@ -14,8 +14,8 @@ pub fn named(name: &str) -> Option<Box<dyn Method>> {
     all().into_iter().find(|method| method.name() == name)
 }
 
-/// The method whose model of the original task decides that the task is taught. It is one for all methods: otherwise what a
-/// method is given would depend on the methods that happen to run beside it.
+/// The method whose model of the original task decides that the task is taught. It is one for all methods: otherwise
+/// what a method is given would depend on the methods that happen to run beside it.
 pub fn standard() -> Box<dyn Method> {
     Box::new(keyframe_method::NO_UPDATE)
 }

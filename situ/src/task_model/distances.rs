@@ -1,10 +1,11 @@
-//! The distances between nodes that are known already: of pairs whose policies did not change since they were compared.
+//! The distances that are known already, between nodes whose policies did not change since they were compared.
 
 use std::collections::BTreeMap;
 
 use crate::place::NodeId;
 
-/// Distances of pairs, from the lower id to the higher, each kept under both orders. They follow from the nodes, and say nothing that they do not.
+/// Distances of pairs, from the lower id to the higher, each kept under both orders. They follow from the nodes, so
+/// they are no part of what a model says.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Distances(BTreeMap<(NodeId, NodeId), f64>);
 

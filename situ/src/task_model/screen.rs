@@ -1,11 +1,12 @@
-//! Which classifiers a state can activate at all: the scan of A1.6, eight nodes at once instead of a node after the other.
+//! Which classifiers a state can activate at all: the scan of A1.6, eight nodes at once.
 
 use crate::demonstration::State;
 use crate::place::NodeId;
 use crate::primitive::Ball;
 use crate::vector::{EIGHT, loops};
 
-/// The ball of every node's classifier, in the order of their ids. It follows from the nodes, and says nothing that they do not.
+/// The ball of every node's classifier, in the order of their ids. It follows from the nodes, so it is no part of what
+/// a model says.
 ///
 /// ```
 /// use situ::demonstration::State;
@@ -23,12 +24,12 @@ pub struct Screen {
     /// The scale of each feature; none where the classifiers have no ball.
     scales: Vec<f64>,
     ids: Vec<NodeId>,
-    /// Nodes are side by side, so that the widest vectors hold a feature of many. Of each [`EIGHT`] of them: the greatest sums of squares
-    /// at which they can be activated, then each feature of their centres.
+    /// Nodes are side by side, so that the widest vectors hold a feature of many. Of each [`EIGHT`] of them: the
+    /// greatest sums of squares at which they can be activated, then each feature of their centres.
     blocks: Vec<[f64; EIGHT]>,
 }
 
-/// A node that is gone keeps its place, with a sum of squares that no state has; and so has a place that is not taken yet.
+/// The sum of squares of a node that is gone, and of a place that is not taken yet: no state has it.
 const GONE: f64 = -1.0;
 /// Features between two looks at whether a block can be given up.
 const FEATURES: usize = 8;
@@ -44,7 +45,7 @@ impl Screen {
         1 + self.scales.len()
     }
 
-    /// Takes over the ball of a node's classifier, of a new node or of one that was here; a node without one is never left out.
+    /// Takes over the ball of a node's classifier; the node can be new or known. A node without a ball always passes.
     ///
     /// # Panics
     /// Where a new node's id is not the greatest so far, or the features are not as many as the first ball's.

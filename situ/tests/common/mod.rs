@@ -35,8 +35,8 @@ const SCALE: f64 = 0.2;
 const DONE: f64 = 0.4;
 /// Distance between the paths of two skills on one object, metres.
 const APART: f64 = 0.4;
-/// How far a modified path is from the old one, metres: 12 cm, as the higher bins of the design. Not straight up: a path that
-/// runs up and down, shifted along itself, is within the cut and averaged (decision D18).
+/// How far a modified path is from the old one, metres: 12 cm, as the higher bins of the design. Not straight up: a
+/// path that runs up and down, shifted along itself, is within the cut and averaged (decision D18).
 const MOVED: [f64; 3] = [0.07, 0.0, 0.0975];
 /// A careful teacher: metres, radians, and metres in the observed state.
 pub(crate) const CAREFUL: Noise = Noise { position: 0.005, rotation: 0.03, state: 0.01 };

@@ -1,5 +1,5 @@
-//! A learner on a line, none of whose decisions comes from the crate's kernels: a policy is a mean position, two policies are
-//! one where they are near. It shows the structure of an update alone, and thousands of updates a second.
+//! A learner on a line, none of whose decisions comes from the crate's kernels: a policy is a mean position, two
+//! policies are one where they are near. It shows the structure of an update alone, and thousands of updates a second.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,8 +9,8 @@ use situ::error::SituError;
 use situ::primitive::{Clustering, Initiation, Learner};
 use situ::trace::Counters;
 
-/// Two distances: nearer than `taught`, segments share a node in a full retraining; nearer than `found`, in an update. Where
-/// `taught` is the smaller, originals are fragmented and updates find redundant nodes.
+/// Two distances: nearer than `taught`, segments share a node in a full retraining; nearer than `found`, in an update.
+/// Where `taught` is the smaller, originals are fragmented and updates find redundant nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Toy {
     pub(crate) taught: f64,

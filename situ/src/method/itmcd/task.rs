@@ -34,8 +34,8 @@ pub struct ItmcdTask {
     parameters: ItmcdParameters,
     retired: Retired,
     rounds: Vec<Round>,
-    /// How many demonstrations the model held at each correction that was refused: those are in none of its histories, and still count where
-    /// its graph names a segment.
+    /// How many demonstrations the model held at each correction that was refused. These corrections are in none of its
+    /// histories, and still count where its graph names a segment.
     refused: Vec<u32>,
 }
 
@@ -98,8 +98,8 @@ impl ItmcdTask {
         select(automaton, sequences, &shown, self.model.next_id(), &self.parameters, counters)
     }
 
-    /// Folds the correction in: the plan says what each segment is, and the rest is Algorithm 2. Then the edges follow that
-    /// the plan wants and the correction did not walk.
+    /// Folds the correction in: the plan says what each segment is, and the rest is Algorithm 2. Then the edges follow
+    /// that the plan wants and the correction did not walk.
     fn fold(
         &mut self,
         correction: Correction<'_>,

@@ -32,7 +32,8 @@ pub(super) struct RefinedTask<R: Refine> {
     model: Arc<TaskModel<KeyframeLearner>>,
     learner: KeyframeLearner,
     decisions: Decisions,
-    /// The lengths, in keyframes, of the segments of all corrections, of use or not: the corrections number their segments.
+    /// The lengths, in keyframes, of the segments of all corrections, of use or not: the corrections number their
+    /// segments.
     corrections: Vec<Vec<usize>>,
     corrected: BTreeMap<NodeId, Corrected<R::Primitive>>,
 }
