@@ -6,7 +6,7 @@
 //! outside. `from_scratch` knows no earlier model: for it, teaching as many whole demonstrations as the others were
 //! taught is timed. A method that takes longer than a few seconds is measured at small sizes only ([`Contender`]).
 //!
-//! Each case first checks what the method makes of the correction, because the time of a wrong result is worth nothing.
+//! Each case first checks the edit that the method makes, because the time of a wrong result is worth nothing.
 //! The times are reported and are never a gate: the exact counters of the cost table are the verdict.
 //!
 //! ```text
@@ -96,7 +96,7 @@ fn update_time(criterion: &mut Criterion) {
     }
 }
 
-/// Checks what the method makes of a correction, and times it.
+/// Checks the method's edit for a correction, and times it.
 fn correct(
     group: &mut BenchmarkGroup<'_, WallTime>,
     id: BenchmarkId,

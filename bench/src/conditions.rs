@@ -1,4 +1,4 @@
-//! The conditions of a run: what all its parts share.
+//! The conditions of a run, which all its parts share.
 //!
 //! Every random draw has a stream that is named by its purpose. No name holds the method: every method meets the same
 //! starts, the same noise of execution and the same teacher.
@@ -17,7 +17,7 @@ use crate::error::BenchError;
 use crate::protocol::Protocol;
 use crate::record::{Key, Stage};
 
-/// What a run shares with the other runs of one task, teacher and seed.
+/// The conditions that all runs of one task, teacher and seed share.
 #[derive(Clone, Copy)]
 pub struct Conditions<'a> {
     /// The protocol.
@@ -42,7 +42,7 @@ impl Conditions<'_> {
         stream(self.seed, &format!("{}/{teacher}/{purpose}/{}", setting.label(), numbers.join("/")))
     }
 
-    /// The seed of what a method draws.
+    /// The seed of a method's random draws.
     pub(crate) fn learner_seed(&self) -> u64 {
         stream(self.seed, "learner")
     }

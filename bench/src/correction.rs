@@ -22,7 +22,7 @@ use crate::rollout::{Ended, Rollout, Watched, rollout};
 use crate::stop::{self, StopPoint};
 use crate::teaching::ATTEMPTS;
 
-/// A robot under correction: its task model, and what it was shown.
+/// A robot under correction: its task model, and all demonstrations that it was shown.
 pub struct Robot<'a> {
     method: &'a dyn Method,
     model: Box<dyn Learned>,
@@ -39,7 +39,7 @@ struct Failure {
     interrupted: Option<NodeId>,
 }
 
-/// A failure, what the teacher showed from there, and what that took.
+/// A failure, the teacher's demonstration from there, and its effort.
 struct Shown {
     failure: Failure,
     demonstration: Demonstration,
@@ -72,7 +72,7 @@ impl<'a> Robot<'a> {
         &*self.model
     }
 
-    /// What it was shown.
+    /// The demonstrations that it was shown.
     pub fn lesson(&self) -> &Lesson {
         &self.lesson
     }
@@ -101,10 +101,10 @@ impl<'a> Robot<'a> {
 
 impl Conditions<'_> {
     /// Corrects the robot on a setting until the target is reached or the budget is used up. `before` is its evaluation
-    /// there. What it took is added to the run. Returns the last evaluation.
+    /// there. The effort is added to the run. Returns the last evaluation.
     ///
     /// # Errors
-    /// What the task, the teacher or the method refuses; what the archive cannot write; [`BenchError::Interrupted`].
+    /// An error of the task, the teacher, the method or the archive; [`BenchError::Interrupted`].
     pub fn correct(
         &self,
         robot: &mut Robot<'_>,

@@ -13,7 +13,7 @@ use crate::error::BenchError;
 use crate::record::{CostRecord, count};
 use crate::synthetic::{Automaton, Parameters};
 
-/// Runs `work`; returns what it returns, and the wall-clock seconds that it took.
+/// Runs `work`; returns its result, and the wall-clock seconds that it took.
 pub fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     let start = Instant::now();
     let result = work();
@@ -30,7 +30,7 @@ pub fn corrected(learned: &mut dyn Learned, correction: Correction<'_>) -> Resul
     learned.correct(correction)
 }
 
-/// What updates are measured on: a synthetic automaton, and the task model that a method learned of it.
+/// The subject of measured updates: a synthetic automaton, and the task model that a method learned of it.
 pub struct Subject {
     method: &'static str,
     automaton: Automaton,
@@ -41,7 +41,7 @@ impl Subject {
     /// Makes an automaton and teaches it to a method. The time of that is not part of any cost.
     ///
     /// # Errors
-    /// Where the parameters are out of range; [`BenchError::Argument`] where what was learned is not the automaton.
+    /// Where the parameters are out of range; [`BenchError::Argument`] where the method learned another automaton.
     pub fn teach(method: &dyn Method, parameters: Parameters) -> Result<Self, BenchError> {
         let automaton = Automaton::new(parameters)?;
         let learned = method.teach(automaton.schema(), automaton.originals(), parameters.seed)?;
@@ -64,7 +64,7 @@ impl Subject {
         &*self.learned
     }
 
-    /// What one correction of this edit costs, as a record of a series of a protocol. Where the correction begins is
+    /// The cost of one correction of this edit, as a record of a series of a protocol. Where the correction begins is
     /// drawn from the seed of the automaton and the number of the correction. The model stays as it was.
     ///
     /// # Errors

@@ -75,12 +75,12 @@ const QUATERNION_TOLERANCE: f64 = 1e-3;
 /// A length this near to 1 differs by rounding alone. The quaternion then stays as it was written.
 const QUATERNION_ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// What the robot did before a demonstration.
+/// Where the robot had stopped before a demonstration.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Before {
-    /// What ran last to its end; `None` for START.
+    /// The primitive that ran last to its end; `None` for START.
     pub after: Option<Instance>,
-    /// What was under way when it failed or was stopped.
+    /// The primitive that was under way when it failed or was stopped, if one was.
     pub interrupted: Option<Instance>,
 }
 
@@ -91,7 +91,7 @@ pub struct DemonstrationFile {
     pub demonstration: Demonstration,
     /// The features of its states.
     pub schema: Schema,
-    /// What the robot did before it.
+    /// Where the robot had stopped before it.
     pub before: Before,
     path: PathBuf,
     text: String,

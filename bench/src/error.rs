@@ -1,4 +1,4 @@
-//! What can go wrong in the harness, and where.
+//! The errors of the harness, each with its place.
 
 use std::io;
 use std::path::PathBuf;
@@ -47,7 +47,7 @@ pub enum BenchError {
     Record {
         /// The ledger.
         path: PathBuf,
-        /// What is wrong with the record.
+        /// The mistake in the record.
         problem: String,
     },
     /// Two records of one run that say different things.
@@ -114,7 +114,7 @@ pub enum BenchError {
     Learn {
         /// The demonstration's file.
         path: PathBuf,
-        /// What the learner says.
+        /// The learner's error.
         source: SituError,
     },
     /// A mistake in a protocol file.
@@ -151,7 +151,7 @@ pub enum BenchError {
     /// Instructions that could not be counted.
     #[error("valgrind: {problem}")]
     Valgrind {
-        /// What it says.
+        /// Its message.
         problem: String,
     },
     /// The user stopped the program.

@@ -14,14 +14,14 @@ use crate::error::BenchError;
 use crate::record::Rate;
 use crate::rollout::{Ended, Execute, Rollout, Watched, rollout};
 
-/// Rollouts between two looks at whether the target is out of reach. The number is fixed: what is rolled out must not
+/// Rollouts between two looks at whether the target is out of reach. The number is fixed: the rollouts must not
 /// depend on the number of threads.
 const BATCH: usize = 4;
 
 /// How long an evaluation goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Until {
-    /// All rollouts of the protocol: what is published.
+    /// All rollouts of the protocol, as they are published.
     Done,
     /// Until the target is out of reach: between corrections.
     OutOfReach,
@@ -69,7 +69,7 @@ impl Conditions<'_> {
     /// not how well it does.
     ///
     /// # Errors
-    /// What the task or the method refuses; [`BenchError::Interrupted`].
+    /// An error of the task or the method; [`BenchError::Interrupted`].
     pub fn evaluate(
         &self,
         model: &dyn Learned,

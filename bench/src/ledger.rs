@@ -16,7 +16,7 @@ use serde_json::Value;
 use crate::error::BenchError;
 use crate::record::{CostRecord, Identity, Record, RunRecord, SCHEMA};
 
-/// What a ledger, or several, held.
+/// The content of a ledger.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Contents {
     /// The records.
@@ -45,7 +45,7 @@ fn render(record: &Record) -> String {
     line.expect("a record's keys are strings") + "\n"
 }
 
-/// The record of a line, or what is wrong with it.
+/// The record of a line, or the mistake in it.
 fn parse(line: &str) -> Result<Record, String> {
     let value: Value = serde_json::from_str(line).map_err(|error| format!("not JSON: {error}"))?;
     let Value::Object(mut fields) = value else { return Err("expected an object".to_owned()) };
@@ -159,7 +159,7 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// Opens a ledger to add to it, or begins one; its folder must be there. Also returns what it holds, so that
+    /// Opens a ledger to add to it, or begins one; its folder must be there. Also returns its content, so that
     /// finished runs need not be done again. A torn last line is cut off the file.
     ///
     /// # Errors

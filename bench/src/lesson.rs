@@ -1,5 +1,5 @@
-//! What a robot was shown, in order, and where it had stopped: to score its model by it, and to teach another model the
-//! same.
+//! The demonstrations of a robot in order, and where it had stopped before each: to score its model, and to teach
+//! another the same.
 
 use situ::correction::Correction;
 use situ::demonstration::Demonstration;

@@ -36,7 +36,7 @@ const BATCH: usize = 16;
 /// Pixels: width and height of a picture.
 pub type PixelSize = [u32; 2];
 
-/// What the first run says to the second: where things go, and the hand's pose after each step.
+/// The first run's message to the second: where things go, and the hand's pose after each step.
 pub struct Track {
     names: Vec<String>,
     boxes: Vec<[[f64; 3]; 2]>,
@@ -206,7 +206,7 @@ pub fn start(track: &Track, episode: &Episode, size: PixelSize) -> Image {
     track.camera(size).render(episode.world(), width, height)
 }
 
-/// What the files of a setting's pictures are called, up to the last part.
+/// The names of the files of a setting's pictures, without the last part.
 pub fn stem(setting: &Setting) -> String {
     setting.label().replace('/', "-")
 }

@@ -1,4 +1,4 @@
-//! What a protocol runs, every name looked up.
+//! The runs of a protocol, every name looked up.
 
 use std::sync::Arc;
 
@@ -27,7 +27,7 @@ pub struct Filter {
     pub teachers: Vec<String>,
 }
 
-/// What is to be run, every name looked up.
+/// The runs of a protocol, every name looked up.
 pub struct Plan {
     pub(crate) protocol: Protocol,
     pub(crate) groups: Vec<Group>,
@@ -50,7 +50,7 @@ pub(crate) struct Group {
     pub(crate) seed: u64,
 }
 
-/// An original task, and what is to be run of its variations.
+/// An original task, and the variations that are to be run.
 pub(crate) struct Family {
     pub(crate) original: Arc<Setting>,
     /// The features of the observed states of all its settings.
@@ -152,7 +152,7 @@ impl Filter {
         [&self.tasks, &self.variations, &self.sequences, &self.teachers].iter().all(|names| names.is_empty())
     }
 
-    /// What is to be run of a task; `None` where that is nothing.
+    /// The part of a task that is to be run; `None` where there is none.
     fn family(&self, task: &Task, protocol: &Protocol) -> Result<Option<Family>, BenchError> {
         let is_wanted = |name: &str| match self.variations.as_slice() {
             [] => self.sequences.is_empty(),

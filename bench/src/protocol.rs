@@ -1,4 +1,4 @@
-//! A protocol: what is run, how often, and when a task counts as taught. A TOML file.
+//! A protocol: which runs, how many, and when a task counts as taught. It is a TOML file.
 
 use std::path::Path;
 
@@ -27,7 +27,7 @@ pub struct Budget {
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CostSeries {
-    /// Its name: what it varies.
+    /// Its name: the quantity that it varies.
     pub series: String,
     /// Methods whose updates are measured.
     pub methods: Vec<String>,

@@ -12,7 +12,7 @@ use situ_teachers::convert::{gripper_command, observe};
 
 use crate::error::BenchError;
 
-/// A rollout is stopped after so many primitives: more than twice what the longest task needs.
+/// A rollout is stopped after so many primitives: more than twice as many as the longest task needs.
 const MOST_PRIMITIVES: usize = 40;
 
 /// How a rollout ended.
@@ -98,7 +98,7 @@ impl Watch {
 /// The reason of a teacher who stops the robot before anything has gone wrong.
 const TOO_EARLY: &str = "stopped early";
 
-/// What happened.
+/// The result of a rollout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rollout {
     /// How it ended.

@@ -32,11 +32,11 @@ pub trait Progress: Sync {
 /// Does the runs of a plan. The records do not depend on the number of threads; their order in the ledger does.
 #[derive(Clone, Copy)]
 pub struct Runner<'a> {
-    /// What is to be run.
+    /// The plan.
     pub plan: &'a Plan,
     /// Each record is added to it as its run finishes.
     pub ledger: &'a Mutex<Ledger>,
-    /// What is not run again.
+    /// The names of the runs that are not done again.
     pub done: &'a BTreeSet<Identity>,
     /// Set when the user wants to stop.
     pub interrupted: &'a AtomicBool,
@@ -46,7 +46,7 @@ pub struct Runner<'a> {
     pub progress: &'a dyn Progress,
 }
 
-/// What is left to do of a group.
+/// The runs of a group that are left.
 struct Left<'a> {
     singles: Vec<(&'a Arc<Setting>, Vec<&'a dyn Method>)>,
     sequences: Vec<SequenceLeft<'a>>,
@@ -68,7 +68,7 @@ impl<'a> Runner<'a> {
     /// Does all runs that are not done.
     ///
     /// # Errors
-    /// [`BenchError::Interrupted`] where the flag was set; what a run or the ledger refuses.
+    /// [`BenchError::Interrupted`] where the flag was set; an error of a run or the ledger.
     pub fn run(&self) -> Result<(), BenchError> {
         // Costs first, one after another and nothing beside them: they are timed.
         self.plan.costs.iter().try_for_each(|group| self.costs(group))?;
@@ -150,7 +150,7 @@ impl<'a> Runner<'a> {
         )
     }
 
-    /// What is left to do of a group.
+    /// The runs of a group that are left.
     fn left(&self, conditions: &Conditions<'_>, family: &'a Family) -> Left<'a> {
         let methods = || self.plan.methods.iter().map(|method| &**method);
         let singles = family.variations.iter().map(|setting| {

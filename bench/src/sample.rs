@@ -1,4 +1,4 @@
-//! A small set of records made by hand, for the tests of what is made of records.
+//! A small set of records made by hand, for tests.
 
 use std::collections::BTreeMap;
 

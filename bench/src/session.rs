@@ -149,7 +149,7 @@ impl Conditions<'_> {
     }
 }
 
-/// A run at its beginning. All that is known is what teaching the original task took.
+/// A run at its beginning. Only the effort of teaching the original task is known.
 fn begun(key: Key, task: &OriginalTask) -> RunRecord {
     RunRecord {
         key,

@@ -60,7 +60,7 @@ impl StopPoint {
     }
 }
 
-/// What a ledger calls the place that ran last: the reference object of its primitive, or `START`.
+/// The ledger's name for the place that ran last: the reference object of its primitive, or `START`.
 pub fn reference(model: &Graph, last: Place) -> String {
     let node = model.nodes.iter().find(|node| last == Place::Node(node.id));
     node.map_or_else(|| last.to_string(), |node| node.reference.to_string())

@@ -61,7 +61,7 @@ pub enum Applicable {
     Free(usize),
 }
 
-/// What a synthetic automaton is made of.
+/// The parameters of a synthetic automaton.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parameters {
     /// Nodes: at least 5.
@@ -157,7 +157,7 @@ impl Automaton {
         Ok(automaton)
     }
 
-    /// What it is made of.
+    /// Its parameters.
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
     }

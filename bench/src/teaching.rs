@@ -22,7 +22,7 @@ pub(crate) const ATTEMPTS: u32 = 4;
 pub struct OriginalTask {
     pub(crate) setting: Arc<Setting>,
     pub(crate) demonstrations: Vec<Demonstration>,
-    /// What teaching it took.
+    /// The effort of teaching it.
     pub(crate) effort: TotalEffort,
     /// Success of the model that it led to.
     pub(crate) rate: Rate,
@@ -37,7 +37,7 @@ impl Conditions<'_> {
     /// Teaches the original task: demonstrations until the success rate reaches the target, or the budget is used up.
     ///
     /// # Errors
-    /// What the task, the teacher or the method refuses; [`BenchError::Interrupted`].
+    /// An error of the task, the teacher or the method; [`BenchError::Interrupted`].
     pub fn teach(&self, original: &Arc<Setting>, method: &dyn Method) -> Result<OriginalTask, BenchError> {
         let mut task = OriginalTask {
             setting: Arc::clone(original),
@@ -80,7 +80,7 @@ impl Conditions<'_> {
         Ok(OriginalTask { rate, original: Some(original), ..task.clone() })
     }
 
-    /// Teaches the changed task to a method that takes no corrections. What it took is added to `spent`. Returns the
+    /// Teaches the changed task to a method that takes no corrections. The effort is added to `spent`. Returns the
     /// last evaluation.
     pub(crate) fn teach_anew(
         &self,
@@ -110,7 +110,7 @@ impl Conditions<'_> {
         Ok(last)
     }
 
-    /// What a method makes of whole demonstrations.
+    /// A method's model of whole demonstrations.
     pub(crate) fn learned(
         &self,
         method: &dyn Method,

@@ -12,7 +12,7 @@ fn check(folder: &Path, arguments: &[&str]) -> Output {
     command.args(["check", "--tasks"]).arg(folder).args(["--seeds", "2"]).args(arguments).output().unwrap()
 }
 
-/// What `check` says of the tutorial's task with one piece replaced.
+/// The exit status and the output of `check` for the tutorial's task with one piece replaced.
 fn checked(from: &str, to: &str, arguments: &[&str]) -> (Option<i32>, String) {
     assert!(TIDY.contains(from), "the file has no `{from}`");
     let folder = tempfile::tempdir().unwrap();

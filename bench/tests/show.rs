@@ -42,7 +42,7 @@ fn decoded(path: &Path) -> Decoded {
     Decoded { size, frames, seconds }
 }
 
-/// The number after these words in what was printed.
+/// The number after these words in the printed text.
 fn number_after(words: &str, text: &str) -> f64 {
     let rest = text.split(words).nth(1).unwrap_or_else(|| panic!("no `{words}` in\n{text}"));
     rest.trim_start().split([',', '\n']).next().unwrap().parse().unwrap()

@@ -67,9 +67,9 @@ const COMPETENT: f64 = 0.99;
 /// A script that takes a greater share of the time limit than this hardly succeeds in time.
 const IN_TIME: f64 = 0.7;
 
-/// What a check found.
+/// The result of a check.
 pub struct Checked {
-    /// What is to be printed.
+    /// The text that is to be printed.
     pub text: String,
     /// Whether everything is as claimed.
     pub is_sound: bool,
@@ -82,7 +82,7 @@ struct Report {
 }
 
 impl Check {
-    /// Checks; returns what is to be printed.
+    /// Checks the tasks; returns the text that is to be printed.
     ///
     /// # Errors
     /// A name that nothing has, a file with a mistake, [`BenchError::Interrupted`].
@@ -243,7 +243,7 @@ impl Report {
         ]
     }
 
-    /// What is wrong, one sentence for each mistake.
+    /// The mistakes that were found, one sentence for each.
     fn findings(&self) -> Vec<String> {
         let (setting, label) = (&self.setting, self.setting.label());
         let mut found = Vec::new();

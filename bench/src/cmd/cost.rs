@@ -1,4 +1,4 @@
-//! `cost`: what updates cost now, against what they cost when that was last meant to change.
+//! `cost`: the cost of updates now, against their cost when it was last meant to change.
 
 use std::collections::BTreeMap;
 use std::env;
@@ -62,7 +62,7 @@ pub struct Cost {
 /// greater one takes minutes.
 const MOST_SEGMENTS: u32 = 300;
 
-/// What is to be printed.
+/// The text that is to be printed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Costed {
     /// To standard output.
@@ -75,7 +75,7 @@ impl Cost {
     /// Measures, compares or mints.
     ///
     /// # Errors
-    /// As [`Run::run`]; a file that is not there or is no baseline; what valgrind refuses.
+    /// As [`Run::run`]; a file that is not there or is no baseline; an error of valgrind.
     pub fn run(&self) -> Result<Costed, BenchError> {
         let protocol = Protocol::find(&self.protocol)?;
         if protocol.cost.is_empty() {

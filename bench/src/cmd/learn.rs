@@ -59,7 +59,7 @@ pub struct Learn {
     /// The method that keeps the task model up to date: see `situ-bench list methods`.
     #[arg(long, default_value = "situ")]
     pub method: String,
-    /// Root seed of what the method draws. Some methods draw Monte Carlo divergences; `situ` and `rebuild` draw
+    /// Root seed of the method's random draws. Some methods draw Monte Carlo divergences; `situ` and `rebuild` draw
     /// nothing.
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
@@ -69,23 +69,23 @@ pub struct Learn {
     /// Writes the automaton here, for Graphviz: one node for each primitive, besides START and END.
     #[arg(long, value_name = "FILE")]
     pub dot: Option<PathBuf>,
-    /// Writes here what each update did, one line for each step.
+    /// Writes the steps of each update here, one line for each.
     #[arg(long, value_name = "FILE.csv")]
     pub trace: Option<PathBuf>,
 }
 
-/// What one correction did.
+/// The effect of one correction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Corrected {
     /// The corrective demonstration's name.
     pub name: String,
     /// How the model changed.
     pub difference: Difference,
-    /// What the update did.
+    /// The trace of the update.
     pub trace: Trace,
 }
 
-/// What was learned from files.
+/// A model that was learned from files, and its corrections.
 pub struct Learning {
     /// The model.
     pub learned: Box<dyn Learned>,
@@ -136,7 +136,7 @@ pub fn learn(
 }
 
 impl Learn {
-    /// Learns, writes the files that were asked for, all or none, and returns what is to be printed.
+    /// Learns, writes the files that were asked for, all or none, and returns the text that is to be printed.
     ///
     /// # Errors
     /// Where a name or a file is wrong: nothing is written then. [`BenchError::Write`].
@@ -169,7 +169,7 @@ impl Learn {
         Ok(report(&*method, &lesson))
     }
 
-    /// What the user typed, every option said.
+    /// The user's command, with every option.
     fn command(&self) -> String {
         let mut words = vec!["situ-bench learn".to_owned()];
         words.extend(self.originals.iter().map(|path| path.display().to_string()));

@@ -58,7 +58,7 @@ impl What {
 }
 
 impl List {
-    /// What is to be printed.
+    /// The text that is to be printed.
     ///
     /// # Errors
     /// A folder or file that cannot be read, or a mistake in one. The tests read all files that come with the program.
@@ -79,7 +79,7 @@ const fn role(role: Role) -> &'static str {
     }
 }
 
-/// Rows in columns, the last of which is not padded.
+/// Rows in columns. The last column is not padded.
 fn aligned(title: &str, rows: &[Vec<String>]) -> String {
     let mut widths = Vec::new();
     for row in rows {

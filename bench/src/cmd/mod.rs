@@ -1,4 +1,4 @@
-//! The program's verbs. Each has a file: its arguments, and what they do. Each returns what is to be printed.
+//! The program's verbs. Each has a file: its arguments, and what they do. Each returns the text that is to be printed.
 
 pub mod check;
 pub mod cost;

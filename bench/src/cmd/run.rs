@@ -80,12 +80,12 @@ const LEDGER: &str = "ledger.jsonl";
 /// The protocol's name in the folder.
 const PROTOCOL: &str = "protocol.toml";
 
-/// What a run of a protocol made.
+/// The records and tables of a protocol's runs.
 pub(super) struct Published {
     pub(super) records: Canonical,
     /// The files of the tables, each with its name.
     tables: Vec<(String, String)>,
-    /// What is to be printed: the tables' Markdown.
+    /// The text that is to be printed: the tables in Markdown.
     pub(super) printed: String,
 }
 

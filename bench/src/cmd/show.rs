@@ -56,7 +56,7 @@ pub struct Show {
     pub library: Library,
 }
 
-/// The files that are to be written, and what is to be printed about them.
+/// The files that are to be written, and the text that is to be printed about them.
 #[derive(Default)]
 struct Album {
     stem: String,
@@ -89,7 +89,7 @@ impl Album {
 }
 
 impl Show {
-    /// Makes the pictures, writes them, and returns what is to be printed.
+    /// Makes the pictures, writes them, and returns the text that is to be printed.
     ///
     /// # Errors
     /// A name that nothing has, an episode that cannot start, [`BenchError::Write`].
@@ -171,7 +171,7 @@ impl Show {
         let mut shooting = Shooting::new(&track, &start, self.size(), &chosen);
         script::original(&mut start.clone(), &mut |world| shooting.see(world));
         let (film, strip) = shooting.finish()?;
-        // What succeeds is not called a failure.
+        // A program that succeeds is not called a failure.
         let name = if episode.succeeded() { "original" } else { "failure" };
         let about = format!("{} moments of the original program, evenly spaced", chosen.len());
         album.add_image(self, &format!("{name}-strip"), &strip, &about)?;

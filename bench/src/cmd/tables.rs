@@ -63,7 +63,7 @@ impl Format {
     }
 }
 
-/// What is to be printed.
+/// The text that is to be printed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PrintedTables {
     /// To standard output.
@@ -73,7 +73,7 @@ pub struct PrintedTables {
 }
 
 impl Tables {
-    /// Makes the tables, writes them where a folder is named, and returns what is to be printed.
+    /// Makes the tables, writes them where a folder is named, and returns the text that is to be printed.
     ///
     /// # Errors
     /// As [`ledger::read_all`]; [`BenchError::Write`].

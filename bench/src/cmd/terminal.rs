@@ -1,4 +1,4 @@
-//! What long verbs share: threads, a progress bar, and the interrupt.
+//! Parts that long verbs share: threads, a progress bar, and the interrupt.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

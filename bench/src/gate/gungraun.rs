@@ -1,10 +1,10 @@
-//! What gungraun's runner says of a bench: the number of its instructions.
+//! The output of gungraun's runner for a bench: the number of its instructions.
 
 use serde::Deserialize;
 
 use crate::error::BenchError;
 
-/// What gungraun says of a bench, as far as it is read.
+/// The part that is read of the runner's output for a bench.
 #[derive(Deserialize)]
 struct Summary {
     group: String,
@@ -34,7 +34,7 @@ mod tests {
 
     const FIT: &str = "kernels::hmm_fit::twenty_iterations";
 
-    /// The lines of version 0.20 of the runner, cut down to what is read of them.
+    /// Lines of version 0.20 of the runner, cut down to the part that is read.
     #[test]
     fn the_runner_s_line_is_read() {
         let line = |values: &str, id: &str| {

@@ -1,4 +1,4 @@
-//! The baseline of instructions: what each kernel and each whole update took when that was last meant to change.
+//! The baseline of instructions: those of each kernel and each whole update when they were last meant to change.
 //!
 //! `cargo bench -p situ-bench --bench instructions` counts them, by gungraun under valgrind's callgrind, and holds them
 //! against `results/baselines/instructions.json`. A program takes the same number each time. So a difference comes from
@@ -25,7 +25,7 @@ use super::origin::Origin;
 use super::verdict::{Verdict, instructions_differ};
 use crate::error::BenchError;
 
-/// The baseline: what each bench is expected to take.
+/// The baseline: the expected instructions of each bench.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InstructionBaseline {

@@ -1,4 +1,4 @@
-//! The gate of update cost: what updates and kernels took when that was last meant to change, and what they take now.
+//! The gate of update cost: the work of updates and kernels now, against their work when it was last meant to change.
 //!
 //! Two baselines are files below `results/baselines`. [`work`] holds the exact counters of the cost suite, and the
 //! instructions of its smaller updates; `situ-bench cost --check` compares with it. [`instructions`] holds the

@@ -5,7 +5,7 @@ use std::fmt;
 /// Instructions that differ by no more than this share are unchanged.
 pub const TOLERANCE: f64 = 0.02;
 
-/// What a measurement is against the baseline.
+/// A measurement compared with the baseline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
     /// Some work is less and none is more.

@@ -18,7 +18,7 @@ use crate::record::{CostRecord, Identity};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredUpdate {
-    /// What was measured, its time 0.
+    /// The measurement; its time is 0.
     #[serde(flatten)]
     pub cost: CostRecord,
     /// Instructions of the update, where they were counted.

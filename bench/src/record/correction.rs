@@ -47,7 +47,7 @@ pub struct CorrectionRecord {
     pub failure: String,
     /// The reference object of the primitive that ran last, or `START`.
     pub last: String,
-    /// What the correction took: one demonstration.
+    /// The effort of its demonstration.
     pub effort: TotalEffort,
     /// The edit that the method made.
     pub edit_made: Edit,
@@ -70,7 +70,7 @@ pub struct CorrectionRecord {
 }
 
 impl CorrectionRecord {
-    /// A correction that is not evaluated yet, from what the learner and the difference of the two models say of it.
+    /// A correction that is not evaluated yet, from the learner's trace and the difference of the two models.
     pub fn new(
         failure: String,
         last: String,

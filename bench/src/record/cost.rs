@@ -40,7 +40,7 @@ pub struct CostRecord {
 }
 
 impl CostRecord {
-    /// What tells it from all other records.
+    /// The name that no other record has.
     pub fn identity(&self) -> Identity {
         Identity::Cost {
             protocol: self.protocol.clone(),

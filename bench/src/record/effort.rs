@@ -1,10 +1,10 @@
-//! What teaching took.
+//! The effort of teaching.
 
 use std::ops::AddAssign;
 
 use serde::{Deserialize, Serialize};
 
-/// What teaching took: number and length of demonstrations.
+/// The effort of teaching: number and length of demonstrations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TotalEffort {

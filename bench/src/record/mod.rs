@@ -1,4 +1,4 @@
-//! One line of the ledger: what a run did, or what an update of a synthetic automaton cost.
+//! One line of the ledger: a run in physics, or the cost of an update of a synthetic automaton.
 //!
 //! Every field is a function of the protocol, the key and the code. Only the fields named `update_seconds` hold the
 //! clock. [`Record::without_times`] sets those to 0, so that two ledgers can be compared byte for byte.
@@ -46,7 +46,7 @@ impl Record {
         }
     }
 
-    /// What tells this record from all others; the order of a canonical ledger.
+    /// The name that no other record has; it gives the order of a canonical ledger.
     pub fn identity(&self) -> Identity {
         match self {
             Self::Run(run) => Identity::Run(run.key.clone()),
@@ -54,7 +54,7 @@ impl Record {
         }
     }
 
-    /// The same record with its clock times set to 0: what must not differ between two runs of one protocol.
+    /// The same record with its clock times set to 0. Two runs of one protocol must not differ in it.
     pub fn without_times(&self) -> Self {
         let mut record = self.clone();
         match &mut record {

@@ -14,7 +14,7 @@ pub enum Outcome {
     Untaught,
     /// Physics failed (a body quarantined, NaN). Counted apart, and never as a failure of the method.
     Spoilt {
-        /// What failed.
+        /// The reason.
         why: String,
     },
     /// The method has nothing to do in this cell.

@@ -35,7 +35,7 @@ pub struct RunRecord {
     pub key: Key,
     /// How it ended.
     pub outcome: Outcome,
-    /// What teaching the original task took.
+    /// The effort of teaching the original task.
     pub original: TotalEffort,
     /// Success of the original model on the changed task.
     pub before: Option<Rate>,

@@ -1,4 +1,4 @@
-//! Cells: what stands in a row of a table, and how it is made of what runs say.
+//! Cells: the content of a table, and how it is made of records.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +18,7 @@ pub(super) enum Bound {
 }
 
 impl Bound {
-    /// Of a ratio whose numerator and denominator are known exactly, or are at least what they are said to be.
+    /// The bound of a ratio. Its numerator and its denominator are known exactly, or are lower bounds.
     pub(super) const fn of(numerator_is_exact: bool, denominator_is_exact: bool) -> Self {
         match (numerator_is_exact, denominator_is_exact) {
             (true, true) => Self::Exact,
@@ -38,7 +38,7 @@ impl Bound {
     }
 }
 
-/// What stands in a row under a column.
+/// The content of a row under a column.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Cell {
     Text(String),
@@ -67,7 +67,7 @@ impl From<u32> for Cell {
     }
 }
 
-/// A cell of what may not be there.
+/// A cell of a value that may be missing.
 pub(super) fn some<T>(value: Option<T>, cell: impl FnOnce(T) -> Cell) -> Cell {
     value.map_or(Cell::Nothing, cell)
 }
@@ -88,7 +88,7 @@ pub(super) fn middle(values: &[f64]) -> Cell {
     some(stats::median(values), Cell::Number)
 }
 
-/// An estimate of which nothing was censored.
+/// An estimate without censored runs.
 pub(super) fn estimate(estimate: Option<Estimate>) -> Cell {
     some(estimate, |estimate| Cell::Estimate(estimate, Bound::Exact))
 }
@@ -107,7 +107,7 @@ pub(super) fn mean(values: &[f64], seed: u64) -> Cell {
     }))
 }
 
-/// The restricted mean of what runs spent, each with whether it used its budget up.
+/// The restricted mean over runs. Each is its spending, and whether it used its budget up.
 pub(super) fn spent(of: impl Iterator<Item = (f64, bool)>, seed: u64) -> Cell {
     some(stats::restricted_mean(&of.collect::<Vec<_>>(), seed), |mean| {
         Cell::Estimate(mean.estimate, Bound::of(mean.censored == 0, true))

@@ -1,8 +1,8 @@
-//! Columns: a name, a shape, and what each row says under it.
+//! Columns: a name, a shape, and the cell of each row.
 
 use super::cell::Cell;
 
-/// What a column holds.
+/// The content of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Shape {
     /// Words.
@@ -17,7 +17,7 @@ pub(super) enum Shape {
     Estimate(usize),
 }
 
-/// What stands above a column.
+/// The head of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Head {
     pub(super) name: &'static str,

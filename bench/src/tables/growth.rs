@@ -41,7 +41,7 @@ const CROSSOVER: Title = Title {
 /// The method that others' costs are divided by.
 const SITU: &str = "situ";
 
-/// What a row is of.
+/// The key of a row.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Key<'a> {
     protocol: &'a str,
@@ -106,7 +106,7 @@ impl Row<'_> {
         estimate(stats::paired_ratio(&pairs, self.seed(quantity)))
     }
 
-    /// How a cost grows with what the series varies.
+    /// The slope of a cost over the quantity that the series varies.
     fn slope(&self, of: impl Fn(&CostRecord) -> f64) -> Cell {
         let size = axis(&self.costs).1;
         let points: Vec<(f64, f64)> = self.costs.iter().map(|cost| (size(cost), of(cost))).collect();
@@ -143,7 +143,7 @@ pub(super) fn scaling(records: &Canonical) -> Table {
     table(SCALING, columns, &all_rows(records, true))
 }
 
-/// What a series varies, and by how much each of its automata has of it.
+/// The quantity that a series varies, and its value for an automaton.
 fn axis(costs: &[&CostRecord]) -> (&'static str, fn(&CostRecord) -> f64) {
     let sizes: BTreeSet<u32> = costs.iter().map(|cost| cost.nodes).collect();
     if sizes.len() > 1 {

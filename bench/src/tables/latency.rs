@@ -24,7 +24,7 @@ const TITLE: Title = Title {
 /// The percentile beside the median.
 const SLOW: f64 = 0.99;
 
-/// What a row is of.
+/// The key of a row.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 struct Key<'a> {
     protocol: &'a str,

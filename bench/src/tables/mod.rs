@@ -28,11 +28,11 @@ pub use comparison::differs;
 pub use publication::Publication;
 pub use table::Table;
 
-/// What the harness publishes, in this order.
+/// All publications, in order.
 pub const ALL: [&Publication; 6] =
     [&effort::T1, &separate::T2, &edits::T3, &cost::T4, &retention::T5, &methods::METHODS];
 
-/// What a protocol of update cost alone publishes.
+/// The publication of a protocol of update cost alone.
 pub const COST: &Publication = &cost::T4;
 
 #[cfg(test)]

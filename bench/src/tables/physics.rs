@@ -26,7 +26,7 @@ fn corrections<'a>(row: &Row<'a>) -> impl Iterator<Item = &'a CorrectionRecord> 
     row.of.iter().flat_map(|run| &run.corrections)
 }
 
-/// What is so of each local update.
+/// A number of each local update.
 fn steps(row: &Row, of: fn(&StepSummary) -> u32) -> Vec<f64> {
     corrections(row).flat_map(|correction| &correction.steps).map(|step| f64::from(of(step))).collect()
 }

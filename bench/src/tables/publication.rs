@@ -1,9 +1,9 @@
-//! What is published under one name.
+//! A publication: tables under one name.
 
 use super::table::Table;
 use crate::ledger::Canonical;
 
-/// What is published under one name: one Markdown file, and one CSV file for each of its tables.
+/// Tables under one name: one Markdown file for all, and one CSV file for each.
 #[derive(Clone, Copy, Debug)]
 pub struct Publication {
     /// The name on the command line and of the Markdown file.

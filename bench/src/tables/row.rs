@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 /// A row before it is written.
 pub(super) struct Row<K, T> {
     pub(super) key: K,
-    /// What the row is made of, in the order of the records; never empty.
+    /// The members of the row, in the order of the records; never empty.
     pub(super) of: Vec<T>,
 }
 

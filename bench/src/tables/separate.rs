@@ -36,7 +36,8 @@ type Key<'a> = (&'a str, MethodName<'a>, Edit, Option<&'a str>);
 
 type Row<'a> = row::Row<Key<'a>, (&'a RunRecord, &'a Pooled)>;
 
-/// What is measured of a structure: for the seeds of the bootstraps; in the heads of the two columns; decimals; how.
+/// A measure of a structure: its name in the seeds of the bootstraps, the heads of its two columns, decimals, and the
+/// measure.
 type Measure = (&'static str, [&'static str; 2], usize, fn(&Structure) -> Option<f64>);
 
 const MEASURES: [Measure; 3] = [

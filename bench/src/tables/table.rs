@@ -14,7 +14,7 @@ pub(super) struct Title {
     pub(super) id: &'static str,
     /// Its heading.
     pub(super) text: &'static str,
-    /// What a reader must know of it.
+    /// An explanation for the reader.
     pub(super) note: &'static str,
 }
 
@@ -34,7 +34,7 @@ const SHARE: usize = 2;
 const CSV: usize = 6;
 
 impl Table {
-    /// A table of these rows. `source` says of each row of which protocol it is, and how many records it is made of.
+    /// A table of these rows. `source` is the protocol and the number of records of each row.
     pub(super) fn new<'a, R>(
         title: Title,
         columns: Columns<'_, R>,
@@ -61,7 +61,7 @@ impl Table {
         self.rows.is_empty()
     }
 
-    /// The table in Markdown; `command` is what the reader types to make it again.
+    /// The table in Markdown; `command` makes it again.
     pub fn to_markdown(&self, command: &str) -> String {
         let protocols = self.protocols.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
         let protocols = if protocols.is_empty() { "none".to_owned() } else { protocols };
@@ -114,7 +114,7 @@ const fn suffixes(shape: Shape) -> &'static [&'static str] {
     }
 }
 
-/// A number with so many decimals; what rounds to 0 has no sign.
+/// A number with so many decimals. A number that rounds to 0 has no sign.
 fn fixed(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
     match text.strip_prefix('-') {

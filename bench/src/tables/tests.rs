@@ -27,7 +27,7 @@ fn row(text: &str, start: &str) -> String {
     row.unwrap_or_else(|| panic!("no row {start} in\n{text}")).to_owned()
 }
 
-/// What that line says in a column.
+/// The field of that line in a column.
 fn field(text: &str, start: &str, name: &str) -> String {
     let heads: Vec<&str> = text.lines().next().unwrap().split(',').collect();
     let index = heads.iter().position(|head| *head == name).unwrap_or_else(|| panic!("no column {name} in {heads:?}"));
