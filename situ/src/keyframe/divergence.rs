@@ -34,13 +34,13 @@ pub struct MonteCarlo {
 
 /// A model with the sequences that it was fitted to.
 #[derive(Clone, Copy, Debug)]
-pub struct Explained<'a, E: EmissionDensity> {
+pub struct FittedModel<'a, E: EmissionDensity> {
     hmm: &'a Hmm<E>,
     sequences: &'a [Vec<E::Frame>],
     log_likelihood: f64,
 }
 
-impl<'a, E: EmissionDensity> Explained<'a, E> {
+impl<'a, E: EmissionDensity> FittedModel<'a, E> {
     /// The model and its sequences, of at least one frame each. `log_likelihood` is theirs under the model, as
     /// [`Hmm::fit`] found it, so it is not computed again.
     pub fn new(hmm: &'a Hmm<E>, sequences: &'a [Vec<E::Frame>], log_likelihood: f64) -> Self {
@@ -62,8 +62,8 @@ impl<'a, E: EmissionDensity> Explained<'a, E> {
     }
 }
 
-/// The likelihood of each other's training sequences, symmetrised, nats per frame: ½ [(log p(X_p) − log q(X_p)) / |X_p|
-/// + (log q(X_q) − log p(X_q)) / |X_q|] with |X| the number of frames.
+/// The likelihood of each other's training sequences, symmetrised, nats per frame:
+/// `½ [(log p(X_p) − log q(X_p)) / |X_p| + (log q(X_q) − log p(X_q)) / |X_q|]`, where `|X|` is the number of frames.
 ///
 /// Nothing is sampled: the same input gives the same bits. The value is negative if the models explain each other's
 /// data better than their own. Sequences without frames are ignored. A side without any frame counts 0.
@@ -74,7 +74,7 @@ pub fn cross_likelihood<'a, E: EmissionDensity>(
     xq: &'a [Vec<E::Frame>],
 ) -> f64 {
     let explained = |hmm: &'a Hmm<E>, sequences: &'a [Vec<E::Frame>]| {
-        Explained::new(hmm, sequences, hmm.total_log_likelihood(sequences))
+        FittedModel::new(hmm, sequences, hmm.total_log_likelihood(sequences))
     };
     explained(p, xp).divergence(&explained(q, xq))
 }

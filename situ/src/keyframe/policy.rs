@@ -7,7 +7,7 @@ use nalgebra::Matrix6;
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 
-use super::divergence::Explained;
+use super::divergence::FittedModel;
 use super::hmm::{Emission, Hmm, Observation};
 use super::pose::{self, Tangent};
 use crate::demonstration::{Gripper, RelativeKeyframe};
@@ -83,8 +83,8 @@ impl KeyframePolicy {
     }
 
     /// The signature with the segments that it was fitted to.
-    pub(super) fn explained(&self) -> Explained<'_, Emission> {
-        Explained::new(&self.signature, &self.trajectories, self.log_likelihood)
+    pub(super) fn explained(&self) -> FittedModel<'_, Emission> {
+        FittedModel::new(&self.signature, &self.trajectories, self.log_likelihood)
     }
 
     /// Whether the gripper is closed when the policy has run to its end (decision D6b).

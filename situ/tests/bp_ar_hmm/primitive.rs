@@ -17,7 +17,7 @@ fn bow(points: usize) -> Vec<Vector2<f64>> {
 #[test]
 fn what_was_taught_is_reproduced_and_a_moved_goal_is_reached() {
     let taught = bow(41);
-    let dmp = Dmp::taught(std::slice::from_ref(&taught));
+    let dmp = Dmp::fit(std::slice::from_ref(&taught));
     let (start, goal) = (taught[0], taught[40]);
     let points = dmp.rollout(&start, &goal);
     // 200 steps over the same time: five per point.
@@ -40,7 +40,7 @@ fn what_was_taught_is_reproduced_and_a_moved_goal_is_reached() {
 fn two_that_mirror_each_other_make_the_one_between() {
     let up = bow(41);
     let down: Vec<Vector2<f64>> = up.iter().map(|point| Vector2::new(point.x, point.x - point.y)).collect();
-    let points = Dmp::taught(&[up.clone(), down]).rollout(&up[0], &up[40]);
+    let points = Dmp::fit(&[up.clone(), down]).rollout(&up[0], &up[40]);
     let worst = points.iter().map(|point| (point.y - 0.5 * point.x).abs()).fold(0.0, f64::max);
     assert!(worst < 1e-9, "{worst}");
 }

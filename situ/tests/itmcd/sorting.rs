@@ -94,6 +94,9 @@ impl Need {
     }
 }
 
+/// Ideal keyframes: a position relative to the reference object, metres, and the command from there on.
+type Way = [([f64; 3], Gripper); 3];
+
 /// The table with the blocks and bins.
 pub(crate) struct World {
     blocks: [Vector3<f64>; 2],
@@ -147,7 +150,7 @@ impl World {
     }
 
     /// The reference object of a skill, its place, and the ideal keyframes relative to it.
-    fn way(&self, skill: Skill) -> (String, Vector3<f64>, [([f64; 3], Gripper); 3]) {
+    fn way(&self, skill: Skill) -> (String, Vector3<f64>, Way) {
         let (open, closed) = (Gripper::Open(0.08), Gripper::Close(20.0));
         match skill {
             Pick(block) => (
@@ -180,7 +183,7 @@ impl World {
 
     /// What a novice shows of a way. With 15 % probability there is one keyframe too many before a keyframe, somewhere
     /// near. Of the keyframes that do nothing to the hand, 7 % are left out.
-    fn as_novices_do(&mut self, way: [([f64; 3], Gripper); 3]) -> Vec<([f64; 3], Gripper)> {
+    fn as_novices_do(&mut self, way: Way) -> Vec<([f64; 3], Gripper)> {
         let mut shown = Vec::new();
         let mut before = None;
         for (place, gripper) in way {

@@ -79,7 +79,11 @@ proptest! {
     }
 
     #[test]
-    fn the_order_of_the_members_does_not_matter((n, distances) in distances(), tau in 0.0..25.0_f64, seed in any::<u64>()) {
+    fn the_order_of_the_members_does_not_matter(
+        (n, distances) in distances(),
+        tau in 0.0..25.0_f64,
+        seed in any::<u64>(),
+    ) {
         let (_, all) = brute_force(&distances, n, f64::MAX);
         prop_assume!(all.iter().all(|height: &f64| (height - tau).abs() > 1e-9));
         let mut order: Vec<usize> = (0..n).collect();

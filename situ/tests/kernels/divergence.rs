@@ -188,7 +188,9 @@ proptest! {
         };
         let (p, q) = (emission(means.0, covariance(&entries[..36])), emission(means.1, covariance(&entries[36..])));
         let turn = pose_of([0.0; 3], turn).rotation;
-        let turned = |e: &Emission| emission(Pose::from_parts(e.mean.translation, turn * e.mean.rotation), e.covariance);
+        let turned = |e: &Emission| {
+            emission(Pose::from_parts(e.mean.translation, turn * e.mean.rotation), e.covariance)
+        };
         let found = p.kl(&q);
         prop_assert!(found > 0.0);
         prop_assert!((turned(&p).kl(&turned(&q)) - found).abs() < 1e-9 * found.max(1.0));

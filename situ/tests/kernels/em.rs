@@ -156,8 +156,8 @@ fn one_frame_gives_the_prior_about_it() {
     assert_eq!((fit.hmm.transition[0], fit.hmm.end[0]), (1e-3, 1.0 - 1e-3));
 }
 
-/// The even cut puts two frames into the states 0 and ⌊K/2⌋. Without a floor they are impossible if that is farther
-/// than a state can go; all else can be fitted.
+/// The even cut puts two frames into the states 0 and ⌊K/2⌋. Without a floor they are impossible if a state cannot go
+/// that far. All else can be fitted.
 #[test]
 fn fewer_frames_than_states_leave_no_number_undefined() {
     let frame = |x: f64| Observation { pose: pose_of([x, 0.0, 0.0], [0.0; 3]), gripper: None };

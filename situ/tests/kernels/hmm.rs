@@ -86,7 +86,8 @@ proptest! {
                 transitions[pair[0] * k + pair[1]] += probability / total;
             }
         }
-        for (found, expected) in found.occupancy.iter().zip(&occupancy).chain(found.transitions.iter().zip(&transitions)) {
+        let pairs = found.occupancy.iter().zip(&occupancy).chain(found.transitions.iter().zip(&transitions));
+        for (found, expected) in pairs {
             prop_assert!((found - expected).abs() < 1e-11, "{found} is not {expected}");
         }
 

@@ -69,7 +69,11 @@ fn parameters() -> impl Strategy<Value = LogisticParameters> {
 
 proptest! {
     #[test]
-    fn the_gradient_is_the_slope((rows, labels) in data(), parameters in parameters(), at in prop::collection::vec(-2.0..2.0, 14)) {
+    fn the_gradient_is_the_slope(
+        (rows, labels) in data(),
+        parameters in parameters(),
+        at in prop::collection::vec(-2.0..2.0, 14),
+    ) {
         let rows = slices(&rows);
         let d = rows[0].len();
         let (weights, intercept) = (&at[..d], at[13]);
@@ -90,7 +94,11 @@ proptest! {
 
     /// There is one minimum for every way: both dimensions, cold and warm, and rows in another order.
     #[test]
-    fn every_way_finds_the_same_minimum((rows, labels) in data(), parameters in parameters(), warm in prop::collection::vec(-4.0..4.0, 14)) {
+    fn every_way_finds_the_same_minimum(
+        (rows, labels) in data(),
+        parameters in parameters(),
+        warm in prop::collection::vec(-4.0..4.0, 14),
+    ) {
         let views = slices(&rows);
         let by = |path, warm: Option<&LogisticFit>| {
             fit(&views, &labels, &LogisticParameters { path, ..parameters }, warm).expect("fits")

@@ -6,7 +6,7 @@ use situ::demonstration::{RelativeKeyframe, Segment};
 use situ::keyframe::pose::{Tangent, exp, log};
 use situ::method::refinement::Refine;
 use situ::method::refinement::tactile_gmr::mixture::{Component, CovariancePrior, Mixture, fit, regress};
-use situ::method::refinement::tactile_gmr::{Regressed, TactileGmr};
+use situ::method::refinement::tactile_gmr::{MixturePrimitive, TactileGmr};
 use situ::random::{standard_normal, stream};
 
 use super::fixture::{apart, keyframe, moved, pick, policy, segment};
@@ -154,7 +154,7 @@ fn turns_are_regressed() {
     let originals: Vec<&Segment> = originals.iter().collect();
     let policy = policy(&originals);
     let mut primitive = TactileGmr.fit(&policy, &originals, &mut Default::default()).unwrap();
-    let turned = |primitive: &Regressed, expected: &[RelativeKeyframe]| -> Vec<f64> {
+    let turned = |primitive: &MixturePrimitive, expected: &[RelativeKeyframe]| -> Vec<f64> {
         let found = TactileGmr.keyframes(primitive);
         let pairs = found.iter().zip(expected);
         pairs.map(|(found, expected)| log(&expected.pose, &found.mean.pose).fixed_rows::<3>(3).norm()).collect()

@@ -5,7 +5,7 @@ use situ::demonstration::Segment;
 use situ::keyframe::pose::{Tangent, log};
 use situ::method::refinement::cost_weights::features::{RANGES, cost, features, plan};
 use situ::method::refinement::cost_weights::{CostWeights, FEATURES, Physical, Rule};
-use situ::method::refinement::{Refine, Refined};
+use situ::method::refinement::{Refine, RefinedKeyframe};
 
 use super::fixture::{apart, moved, pick, policy, segment};
 
@@ -78,7 +78,7 @@ proptest! {
     }
 }
 
-fn corrected(rule: Rule, corrections: &[Segment]) -> Vec<Refined> {
+fn corrected(rule: Rule, corrections: &[Segment]) -> Vec<RefinedKeyframe> {
     let refine = CostWeights { rule };
     let original = segment(pick());
     let mut primitive = refine.fit(&policy(&[&original]), &[&original], &mut Default::default()).unwrap();

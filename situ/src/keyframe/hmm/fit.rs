@@ -69,7 +69,7 @@ struct Workspace {
     /// The share of one state in every frame, 0 if it is negligible; padded.
     weights: Vec<f64>,
     /// The indices of those fours of frames in which some share is above 0.
-    weighty: Vec<usize>,
+    nonzero: Vec<usize>,
 }
 
 impl Hmm {
@@ -183,7 +183,7 @@ impl Workspace {
             residuals: (0..states).map(|_| Residuals::new(&frames)).collect(),
             tried: Residuals::new(&frames),
             weights: vec![0.0; frames.padded()],
-            weighty: Vec::with_capacity(frames.padded() / LANES),
+            nonzero: Vec::with_capacity(frames.padded() / LANES),
             poses,
             frames,
             grippers,
@@ -271,7 +271,7 @@ impl Workspace {
             let Some(total) = self.gather(state) else { continue };
             let gripper = self.gripper(emission.gripper, parameters);
             let residuals = &mut self.residuals[state];
-            let (sum, about_guess) = residuals.moments(&self.weights, &self.weighty);
+            let (sum, about_guess) = residuals.moments(&self.weights, &self.nonzero);
             let position = emission.mean.translation.vector + sum.fixed_rows::<3>(0) / total;
             let turns = about_guess.fixed_view::<3, 3>(3, 3) / total;
             let step = |sum: Vector3<f64>| mean_step(&(sum / total), &turns);
@@ -291,7 +291,7 @@ impl Workspace {
                 residuals.measure_positions(&self.frames, &position);
             }
             let at_next = if turned { &self.tried } else { &*residuals };
-            let about_next = at_next.moments(&self.weights, &self.weighty).1;
+            let about_next = at_next.moments(&self.weights, &self.nonzero).1;
             let best = |scatter: &Matrix6<f64>| best_covariance(scatter, total, parameters);
             let covariance = best(&about_next)?;
             if turned && GUESS {
@@ -318,13 +318,13 @@ impl Workspace {
             return None;
         }
         let negligible = NEGLIGIBLE_SHARE * total;
-        self.weighty.clear();
+        self.nonzero.clear();
         for (block, weights) in fours_mut(&mut self.weights).iter_mut().enumerate() {
             for weight in weights.iter_mut() {
                 *weight = if *weight > negligible { *weight } else { 0.0 };
             }
             if *weights != [0.0; LANES] {
-                self.weighty.push(block);
+                self.nonzero.push(block);
             }
         }
         Some(total)

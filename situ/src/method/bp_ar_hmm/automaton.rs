@@ -24,7 +24,7 @@ const GOALS_APART: f64 = 0.05;
 
 /// A demonstration as the method keeps it.
 #[derive(Clone, Debug)]
-pub(super) struct Shown {
+pub(super) struct Recorded {
     pub(super) demonstration: Demonstration,
     pub(super) frames: Vec<Frame>,
     /// The runs of the node after which the demonstration begins; `None` at START. A correction replaces the nodes, but
@@ -57,7 +57,7 @@ pub(super) struct Automaton {
 impl Automaton {
     /// The automaton of all demonstrations and the labels of their frames. Nodes are in the order in which they first
     /// occur.
-    pub(super) fn of(shown: &[Shown], labels: &[Vec<usize>], scales: Vec<f64>, counters: &mut Counters) -> Self {
+    pub(super) fn of(shown: &[Recorded], labels: &[Vec<usize>], scales: Vec<f64>, counters: &mut Counters) -> Self {
         let mut members: Vec<Vec<(Run, &[Frame])>> = Vec::new();
         let mut sequences: Vec<Vec<(usize, Run)>> = Vec::new();
         for (number, (one, labels)) in (0..).zip(shown.iter().zip(labels)) {
@@ -81,7 +81,7 @@ impl Automaton {
             let taught: Vec<(&Run, &[Frame])> = members.iter().map(|(run, frames)| (run, *frames)).collect();
             counters.segments_touched += taught.len() as u64;
             counters.nodes_touched += 1;
-            let skill = Skill::taught(taught[0].0.reference.clone(), &taught);
+            let skill = Skill::fit(taught[0].0.reference.clone(), &taught);
             nodes.push(Node { skill, runs: members.iter().map(|(run, _)| run.clone()).collect(), segments });
         }
         let branches = vec![Branch::default(); nodes.len()];
@@ -94,7 +94,7 @@ impl Automaton {
 
     /// Adds the edges with their examples. The example of a run is the state of the world where the run's object is
     /// first named.
-    fn connect(&mut self, shown: &[Shown], sequences: &[Vec<(usize, Run)>]) {
+    fn connect(&mut self, shown: &[Recorded], sequences: &[Vec<(usize, Run)>]) {
         for (one, sequence) in shown.iter().zip(sequences) {
             let demonstration = &one.demonstration;
             let state = |index: usize| {
@@ -170,7 +170,7 @@ fn alike(members: &[Vec<(Run, &[Frame])>], run: &Run, frames: &[Frame]) -> Optio
 
 /// The node that holds each segment by reference object: the node with most of the segment's frames, the first of
 /// equals.
-fn holders(shown: &[Shown], sequences: &[Vec<(usize, Run)>]) -> Vec<(SegmentId, usize)> {
+fn holders(shown: &[Recorded], sequences: &[Vec<(usize, Run)>]) -> Vec<(SegmentId, usize)> {
     let mut holders = Vec::new();
     for (demonstration, (one, sequence)) in (0..).zip(shown.iter().zip(sequences)) {
         let mut counts: BTreeMap<u32, BTreeMap<usize, usize>> = BTreeMap::new();

@@ -42,7 +42,7 @@ use std::sync::Arc;
 
 use rand_chacha::ChaCha8Rng;
 
-use self::automaton::{Automaton, Shown};
+use self::automaton::{Automaton, Recorded};
 use self::labelling::{Labelling, label};
 use self::parameters::BpArHmmParameters;
 use self::recording::{Frame, record};
@@ -104,7 +104,7 @@ impl Method for BpArHmm {
                 return Err(SituError::Parameter { parameter, value, rule: "must be at least 1" });
             }
         }
-        let shown = demonstrations.iter().map(|demonstration| Shown {
+        let shown = demonstrations.iter().map(|demonstration| Recorded {
             frames: record(demonstration),
             demonstration: demonstration.clone(),
             after: None,
@@ -118,7 +118,7 @@ impl Method for BpArHmm {
 /// A task model of this method.
 #[derive(Clone)]
 struct Task {
-    shown: Vec<Shown>,
+    shown: Vec<Recorded>,
     scales: Vec<f64>,
     parameters: BpArHmmParameters,
     seed: u64,
@@ -129,7 +129,7 @@ struct Task {
 impl Task {
     /// The task model of all demonstrations. The chains of each correction have their own random streams.
     fn built(
-        shown: Vec<Shown>,
+        shown: Vec<Recorded>,
         scales: Vec<f64>,
         parameters: BpArHmmParameters,
         seed: u64,
@@ -159,7 +159,7 @@ impl Learned for Task {
         };
         interrupted.map(|id| self.node(id)).transpose()?;
         let mut shown = self.shown.clone();
-        shown.push(Shown { frames: record(demonstration), demonstration: demonstration.clone(), after });
+        shown.push(Recorded { frames: record(demonstration), demonstration: demonstration.clone(), after });
         let (task, trace) = Self::built(shown, self.scales.clone(), self.parameters, self.seed)?;
         *self = task;
         Ok(trace)

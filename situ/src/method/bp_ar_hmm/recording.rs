@@ -9,8 +9,8 @@ use crate::keyframe::pose::{METRES_PER_RADIAN, arc_length, exp, log};
 
 /// Frames per second (Niekum et al. 2015: 10 Hz).
 pub(super) const RATE: f64 = 10.0;
-/// The speed of the gripper, metres per second: that of the planner. A turn counts as in decision D5, so this is 2.5
-/// rad/s.
+/// The speed of the gripper, metres per second: that of the planner. A turn counts as in decision D5, so this is
+/// 2.5 rad/s.
 const SPEED: f64 = 0.25;
 /// The frames in which the gripper opens or closes: half a second.
 const GRIPPER_FRAMES: usize = 5;

@@ -55,8 +55,8 @@ pub(super) struct Skill {
 }
 
 impl Skill {
-    /// The skill of these runs on one object, at least one run, each with its recording.
-    pub(super) fn taught(reference: Arc<str>, runs: &[(&Run, &[Frame])]) -> Self {
+    /// Fits the skill to these runs on one object, at least one run, each with its recording.
+    pub(super) fn fit(reference: Arc<str>, runs: &[(&Run, &[Frame])]) -> Self {
         // A run begins where the run before it ended.
         let frames: Vec<&[Frame]> =
             runs.iter().map(|(run, frames)| &frames[run.stretch.start.saturating_sub(1)..run.stretch.end]).collect();
@@ -76,7 +76,7 @@ impl Skill {
             base,
             start: ends(|points| at_even_times(points, 1)[0]),
             goal: ends(|points| at_even_times(points, 1)[1]),
-            dmp: Dmp::taught(&trajectories),
+            dmp: Dmp::fit(&trajectories),
             waypoints: waypoints(&frames),
         }
     }

@@ -24,7 +24,7 @@ use nalgebra::Matrix6;
 use serde::Serialize;
 
 use super::alignment::{Stop, align, contacts, off_path};
-use super::refine::{Refine, Refined};
+use super::refine::{Refine, RefinedKeyframe};
 use crate::demonstration::{Gripper, Pose, RelativeKeyframe, Segment};
 use crate::error::SituError;
 use crate::keyframe::hmm::{Emission, Observation};
@@ -183,8 +183,8 @@ impl Refine for KeyframeModel {
         Ok(())
     }
 
-    fn keyframes(&self, primitive: &Clusters) -> Vec<Refined> {
-        let keyframe = |cluster: &Cluster| Refined {
+    fn keyframes(&self, primitive: &Clusters) -> Vec<RefinedKeyframe> {
+        let keyframe = |cluster: &Cluster| RefinedKeyframe {
             mean: RelativeKeyframe { pose: cluster.emission.mean, gripper: cluster.gripper, hold: cluster.hold },
             scatter: cluster.emission.scatter,
         };

@@ -22,7 +22,7 @@ pub mod refine;
 pub mod tactile_gmr;
 mod task;
 
-pub use refine::{Refine, Refined};
+pub use refine::{Refine, RefinedKeyframe};
 
 use super::{KEYFRAME_AUTOMATON, KeyframeAutomaton, Learned, Method, Original, Role};
 use crate::demonstration::{Demonstration, Schema};

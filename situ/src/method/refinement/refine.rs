@@ -12,7 +12,7 @@ use crate::trace::Counters;
 
 /// A keyframe of a refined primitive.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Refined {
+pub struct RefinedKeyframe {
     /// The mean, in the frame of the reference object.
     pub mean: RelativeKeyframe,
     /// The scatter about the mean in the tangent space there, metres and radians, position first, shape (6, 6). A
@@ -48,5 +48,5 @@ pub trait Refine: Copy + Debug + Send + Sync + 'static {
     ) -> Result<(), SituError>;
 
     /// The keyframes of an execution, in order, at least one.
-    fn keyframes(&self, primitive: &Self::Primitive) -> Vec<Refined>;
+    fn keyframes(&self, primitive: &Self::Primitive) -> Vec<RefinedKeyframe>;
 }

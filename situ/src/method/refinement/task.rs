@@ -32,8 +32,7 @@ pub(super) struct RefinedTask<R: Refine> {
     model: Arc<TaskModel<KeyframeLearner>>,
     learner: KeyframeLearner,
     decisions: Decisions,
-    /// The lengths, in keyframes, of the segments of all corrections, of use or not: the corrections number their
-    /// segments.
+    /// The lengths of the segments of all corrections, in keyframes, the ignored ones too. They number the segments.
     corrections: Vec<Vec<usize>>,
     corrected: BTreeMap<NodeId, Corrected<R::Primitive>>,
 }
@@ -111,7 +110,7 @@ impl<R: Refine> Learned for RefinedTask<R> {
         let Some(corrected) = self.corrected.get(&node) else {
             return Ok((reference, policy.keyframes(execution, rng)));
         };
-        let mut execute = |keyframe: super::Refined| match execution {
+        let mut execute = |keyframe: super::RefinedKeyframe| match execution {
             Execution::Mean => keyframe.mean,
             Execution::Sample => {
                 RelativeKeyframe { pose: exp(&keyframe.mean.pose, &draw(&keyframe.scatter, rng)), ..keyframe.mean }

@@ -73,16 +73,16 @@ impl GeneralChain {
             next.fill(Wide::ZERO);
             for (state, range) in self.successors.iter().enumerate() {
                 for to in range.clone() {
-                    next[to] = next[to].plus(now[state].times_loosely(self.transition[state * k + to]));
+                    next[to] = next[to].plus(now[state].times_unnormalised(self.transition[state * k + to]));
                 }
             }
             for (value, density) in next.iter_mut().zip(&self.densities[frame * k..]) {
-                *value = value.brought_back().times(*density);
+                *value = value.normalised().times(*density);
             }
         }
         let last = self.forward[(self.frames - 1) * k..].iter().zip(&self.end);
-        let sum = last.fold(Wide::ZERO, |sum, (forward, end)| sum.plus(forward.times_loosely(*end)));
-        self.likelihood = sum.brought_back();
+        let sum = last.fold(Wide::ZERO, |sum, (forward, end)| sum.plus(forward.times_unnormalised(*end)));
+        self.likelihood = sum.normalised();
         self.likelihood.log()
     }
 
@@ -99,13 +99,13 @@ impl GeneralChain {
                 if frame + 1 < self.frames {
                     let mut sum = Wide::ZERO;
                     for to in self.successors[state].clone() {
-                        let way = self.after[to].times_loosely(self.transition[state * k + to]);
-                        transitions[state * k + to] += reached.times_loosely(way).value();
+                        let way = self.after[to].times_unnormalised(self.transition[state * k + to]);
+                        transitions[state * k + to] += reached.times_unnormalised(way).value();
                         sum = sum.plus(way);
                     }
-                    self.now[state] = sum.brought_back();
+                    self.now[state] = sum.normalised();
                 }
-                occupies(frame, state, reached.times_loosely(self.now[state]).value());
+                occupies(frame, state, reached.times_unnormalised(self.now[state]).value());
             }
             for (state, density) in self.densities[frame * k..(frame + 1) * k].iter().enumerate() {
                 self.after[state] = self.now[state].times(*density);

@@ -96,7 +96,7 @@ impl Rows {
 
 /// Computes the scaled likelihood of every sequence. With `BACK` it also computes the posteriors and the expected
 /// transitions of the sequences for which plain floats are enough.
-pub(super) struct GoThrough<'a, const BACK: bool> {
+pub(super) struct ForwardBackward<'a, const BACK: bool> {
     pub(super) chain: &'a Chain,
     pub(super) batches: &'a [Batch],
     pub(super) rows: &'a mut Rows,
@@ -104,7 +104,7 @@ pub(super) struct GoThrough<'a, const BACK: bool> {
     pub(super) likelihoods: &'a mut [Lanes],
 }
 
-impl<const BACK: bool> Kernel for GoThrough<'_, BACK> {
+impl<const BACK: bool> Kernel for ForwardBackward<'_, BACK> {
     type Output = ();
 
     #[inline(always)]

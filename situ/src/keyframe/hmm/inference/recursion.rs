@@ -2,7 +2,7 @@
 
 use super::cells::Cells;
 use super::general::GeneralChain;
-use super::left_to_right::{Batch, Chain, GoThrough, LEAST, Lanes, Rows, TOGETHER};
+use super::left_to_right::{Batch, Chain, ForwardBackward, LEAST, Lanes, Rows, TOGETHER};
 use crate::keyframe::hmm::model::Hmm;
 use crate::vector::{Four, Kernel, LANES, Wide, exp, fours, widest};
 
@@ -150,7 +150,7 @@ impl Recursion {
                 places: &self.places,
             });
             let (batches, rows, likelihoods) = (&self.batches[..], &mut self.rows, &mut self.likelihoods[..]);
-            widest(GoThrough::<BACK> { chain: &self.chain, batches, rows, likelihoods });
+            widest(ForwardBackward::<BACK> { chain: &self.chain, batches, rows, likelihoods });
             if BACK {
                 for (state, counts) in self.rows.counts.iter().enumerate() {
                     for (ahead, count) in counts[..(k - state).min(counts.len())].iter().enumerate() {

@@ -34,7 +34,7 @@ impl Wide {
 
     /// The number `value`, which is at least 0 and finite.
     pub(super) fn new(value: f64) -> Self {
-        Self { mantissa: value, exponent: 0.0 }.brought_back()
+        Self { mantissa: value, exponent: 0.0 }.normalised()
     }
 
     /// e^`log`.
@@ -58,16 +58,16 @@ impl Wide {
     /// The product with another.
     #[inline]
     pub(super) fn times(self, other: Self) -> Self {
-        self.times_loosely(other).brought_back()
+        self.times_unnormalised(other).normalised()
     }
 
     /// The product with another, whose mantissa may be out of range: it can be added, or multiplied once more.
     #[inline]
-    pub(super) fn times_loosely(self, other: Self) -> Self {
+    pub(super) fn times_unnormalised(self, other: Self) -> Self {
         Self { mantissa: self.mantissa * other.mantissa, exponent: self.exponent + other.exponent }
     }
 
-    /// The sum with another. Each may be a product of [`Wide::times_loosely`] with a probability.
+    /// The sum with another. Each may be a product of [`Wide::times_unnormalised`] with a probability.
     #[inline]
     pub(super) fn plus(self, other: Self) -> Self {
         if self.exponent == other.exponent {
@@ -81,7 +81,7 @@ impl Wide {
 
     /// The same number, with its mantissa in range.
     #[inline]
-    pub(super) fn brought_back(self) -> Self {
+    pub(super) fn normalised(self) -> Self {
         let Self { mut mantissa, mut exponent } = self;
         if mantissa >= GREATEST {
             mantissa *= STEP_DOWN;
@@ -99,7 +99,7 @@ impl Wide {
 
     /// The inverse of this, which must not be 0.
     pub(super) fn inverse(self) -> Self {
-        Self { mantissa: 1.0 / self.mantissa, exponent: -self.exponent }.brought_back()
+        Self { mantissa: 1.0 / self.mantissa, exponent: -self.exponent }.normalised()
     }
 
     /// As a plain float: 0 if it is below about 2⁻²⁵⁶, infinite if it is above 2⁷⁶⁸.
@@ -147,7 +147,7 @@ mod tests {
             for right in logs {
                 let product = Wide::exp(left).times(Wide::exp(right));
                 assert!(close(product.log(), left + right), "{left} · {right}");
-                let sum = Wide::exp(left).plus(Wide::exp(right).times_loosely(Wide::new(0.25))).brought_back();
+                let sum = Wide::exp(left).plus(Wide::exp(right).times_unnormalised(Wide::new(0.25))).normalised();
                 let (high, low) = (left.max(right - libm::log(4.0)), left.min(right - libm::log(4.0)));
                 let expected = high + libm::log1p(libm::exp(low - high));
                 assert!(close(sum.log(), expected), "{left} + {right}/4: {} for {expected}", sum.log());
@@ -163,7 +163,7 @@ mod tests {
             assert!(close(wide.value(), expected) && (wide.value() > 0.0) == (expected > 0.0), "{value}");
             assert!(value == 0.0 || close(wide.log(), libm::log(value)), "{value}");
             if value > 0.0 {
-                assert!(close(wide.times_loosely(wide.inverse()).value(), 1.0));
+                assert!(close(wide.times_unnormalised(wide.inverse()).value(), 1.0));
             }
         }
     }

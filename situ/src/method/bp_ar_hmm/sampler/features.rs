@@ -131,9 +131,10 @@ impl<const D: usize> Chain<D> {
         }
     }
 
-    /// A reversible jump. The behaviours that only this sequence has are a Poisson process of intensity γ c / (c + N −
-    /// 1) times the prior of θ and η. A birth draws θ half from the prior and half from the posterior given a window of
-    /// frames. The window is chosen before it is decided between birth and death, so both are given the same window.
+    /// A reversible jump. The behaviours that only this sequence has are a Poisson process. Its intensity is
+    /// γ c / (c + N − 1) times the prior of θ and η. A birth draws θ half from the prior and half from the posterior
+    /// given a window of frames. The window is chosen before the choice between birth and death, so both have the same
+    /// window.
     fn birth_or_death(
         &mut self,
         index: usize,

@@ -21,7 +21,7 @@ pub use features::{FEATURES, Features};
 pub use rule::{Physical, Rule, coactive};
 
 use super::alignment::{Stop, align, contacts};
-use super::refine::{Refine, Refined};
+use super::refine::{Refine, RefinedKeyframe};
 use crate::demonstration::{RelativeKeyframe, Segment};
 use crate::error::SituError;
 use crate::keyframe::policy::KeyframePolicy;
@@ -44,7 +44,7 @@ pub struct CostWeights {
 
 /// A primitive: what was demonstrated, and the weights.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Weighted {
+pub struct CostPrimitive {
     /// The demonstrated keyframes, which the plan stays near.
     demonstrated: Vec<RelativeKeyframe>,
     /// The scatter of each keyframe, for sampled executions.
@@ -53,7 +53,7 @@ pub struct Weighted {
     weights: Features,
 }
 
-impl Weighted {
+impl CostPrimitive {
     /// The minimiser of the cost.
     fn plan(&self) -> Vec<RelativeKeyframe> {
         let displacements = features::plan(&contacts(&stops(&self.demonstrated)), &self.weights);
@@ -67,18 +67,23 @@ fn stops(keyframes: &[RelativeKeyframe]) -> Vec<Stop> {
 }
 
 impl Refine for CostWeights {
-    type Primitive = Weighted;
+    type Primitive = CostPrimitive;
 
     /// Only reads the original policy.
-    fn fit(&self, original: &KeyframePolicy, _: &[&Segment], _: &mut Counters) -> Result<Weighted, SituError> {
-        Ok(Weighted {
+    fn fit(&self, original: &KeyframePolicy, _: &[&Segment], _: &mut Counters) -> Result<CostPrimitive, SituError> {
+        Ok(CostPrimitive {
             demonstrated: original.mean_keyframes(),
             scatter: original.hmm().emissions.iter().map(|emission| emission.scatter).collect(),
             weights: [0.0; FEATURES],
         })
     }
 
-    fn correct(&self, primitive: &mut Weighted, shown: &Segment, counters: &mut Counters) -> Result<(), SituError> {
+    fn correct(
+        &self,
+        primitive: &mut CostPrimitive,
+        shown: &Segment,
+        counters: &mut Counters,
+    ) -> Result<(), SituError> {
         counters.segments_touched += 1;
         let plan = primitive.plan();
         let contacts = contacts(&stops(&primitive.demonstrated));
@@ -108,8 +113,8 @@ impl Refine for CostWeights {
         Ok(())
     }
 
-    fn keyframes(&self, primitive: &Weighted) -> Vec<Refined> {
+    fn keyframes(&self, primitive: &CostPrimitive) -> Vec<RefinedKeyframe> {
         let keyframes = primitive.plan().into_iter().zip(&primitive.scatter);
-        keyframes.map(|(mean, scatter)| Refined { mean, scatter: *scatter }).collect()
+        keyframes.map(|(mean, scatter)| RefinedKeyframe { mean, scatter: *scatter }).collect()
     }
 }

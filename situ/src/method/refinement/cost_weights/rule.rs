@@ -51,10 +51,10 @@ impl<const N: usize> Physical<'_, N> {
                 most = feature;
             }
         }
-        for feature in 0..N {
+        for (feature, weight) in weights.iter_mut().enumerate() {
             if !self.one_at_a_time || feature == most {
                 let bound = self.limit * self.ranges[feature];
-                weights[feature] = (weights[feature] - self.gain * difference(feature)).max(-bound).min(bound);
+                *weight = (*weight - self.gain * difference(feature)).max(-bound).min(bound);
             }
         }
     }

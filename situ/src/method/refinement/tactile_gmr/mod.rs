@@ -32,7 +32,7 @@ pub use points::{DIMENSIONS, Point};
 
 use self::mixture::{CovariancePrior, Mixture, fit, regress};
 use super::alignment::Stop;
-use super::refine::{Refine, Refined};
+use super::refine::{Refine, RefinedKeyframe};
 use crate::demonstration::{Pose, RelativeKeyframe, Segment};
 use crate::error::SituError;
 use crate::keyframe::policy::KeyframePolicy;
@@ -56,7 +56,7 @@ pub struct TactileGmr;
 
 /// A primitive: its data and their mixture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Regressed {
+pub struct MixturePrimitive {
     /// The keyframes of the original policy. Their number, grips and rests are executed.
     original: Vec<RelativeKeyframe>,
     /// The pose at which the tangent space is taken.
@@ -68,7 +68,7 @@ pub struct Regressed {
     mixture: Mixture<DIMENSIONS>,
 }
 
-impl Regressed {
+impl MixturePrimitive {
     fn stops(&self) -> Vec<Stop> {
         self.original.iter().map(Stop::from).collect()
     }
@@ -96,17 +96,17 @@ impl Regressed {
 }
 
 impl Refine for TactileGmr {
-    type Primitive = Regressed;
+    type Primitive = MixturePrimitive;
 
     fn fit(
         &self,
         original: &KeyframePolicy,
         segments: &[&Segment],
         counters: &mut Counters,
-    ) -> Result<Regressed, SituError> {
+    ) -> Result<MixturePrimitive, SituError> {
         let keyframes = original.mean_keyframes();
         let means: Vec<Pose> = keyframes.iter().map(|keyframe| keyframe.pose).collect();
-        let mut primitive = Regressed {
+        let mut primitive = MixturePrimitive {
             original: keyframes,
             base: karcher_mean(&means, &vec![1.0; means.len()]),
             points: Vec::new(),
@@ -122,7 +122,12 @@ impl Refine for TactileGmr {
         Ok(primitive)
     }
 
-    fn correct(&self, primitive: &mut Regressed, shown: &Segment, counters: &mut Counters) -> Result<(), SituError> {
+    fn correct(
+        &self,
+        primitive: &mut MixturePrimitive,
+        shown: &Segment,
+        counters: &mut Counters,
+    ) -> Result<(), SituError> {
         counters.segments_touched += 1;
         let points = points::of(&primitive.stops(), &primitive.base, &shown.keyframes);
         if points.is_empty() {
@@ -132,12 +137,12 @@ impl Refine for TactileGmr {
         primitive.refit(counters)
     }
 
-    fn keyframes(&self, primitive: &Regressed) -> Vec<Refined> {
+    fn keyframes(&self, primitive: &MixturePrimitive) -> Vec<RefinedKeyframe> {
         let stops = primitive.stops();
         let keyframe = |(index, original): (usize, &RelativeKeyframe)| {
             let input = points::input(&stops, index);
             let (mean, covariance) = regress::<2, 6, DIMENSIONS>(&primitive.mixture, &input);
-            Refined {
+            RefinedKeyframe {
                 mean: RelativeKeyframe { pose: exp(&primitive.base, &Vector6::from(mean)), ..*original },
                 scatter: Matrix6::from_fn(|row, column| covariance[row][column]),
             }
