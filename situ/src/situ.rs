@@ -72,8 +72,9 @@ impl<L: Learner> Update<'_, L> {
         // A2.14: else
         let z = i.node; // A2.15: z ← Z_new[i]
         let p = s; // A2.16: p ← s
+        // A2.17: n ← S(children(a) ∪ ⋃ children(r))
         let parents: BTreeSet<Place> = self.model.parents(Place::Node(z)).collect();
-        let mut n = self.starts_of_children(parents.into_iter().chain([a])); // A2.17: n ← S(children(a) ∪ ⋃ children(r))
+        let mut n = self.starts_of_children(parents.into_iter().chain([a]));
         self.mend_negatives(a, z, &mut n); // D1, D2
         self.update_policy(d, &i)?; // A2.18: Update-Policy(z, d); D18: or replaced by d
         self.update_classifier(z, p, &n)?; // A2.19: Update-Classifier(z, p, n)

@@ -173,7 +173,8 @@ impl Episode {
         self.is_sound() && self.holds(&self.setting.goal)
     }
 
-    /// The competent teacher's next skill, by a teleo-reactive choice: the first whose `when` holds and whose `until` does not.
+    /// The competent teacher's next skill, by a teleo-reactive choice: the first whose `when` holds and whose `until`
+    /// does not.
     pub fn next_skill(&self) -> Option<&Skill> {
         self.setting.skills.iter().find(|skill| self.holds(&skill.when) && !self.holds(&skill.until))
     }

@@ -80,8 +80,8 @@ impl Builder<'_> {
         Ok(Magnet { a: file.a.clone(), b: file.b.clone(), seat, force: file.force, range: file.range })
     }
 
-    /// Whether the objects find places that are apart, in a few draws. An episode whose objects do not is refused when it
-    /// starts.
+    /// Whether the objects find places that are apart, in a few draws. An episode whose objects do not is refused when
+    /// it starts.
     pub(super) fn check_starts(&self, files: &Located<'_, ObjectFile>, setting: &Setting) -> Result<(), TaskError> {
         /// Draws: regions that overlap by a quarter or more are found nine times in ten.
         const DRAWS: u64 = 8;

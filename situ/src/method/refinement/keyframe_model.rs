@@ -83,9 +83,9 @@ impl Cluster {
 
 /// The clusters in order, at least one.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Clusters(pub Vec<Cluster>);
+pub struct KeyframeClusters(pub Vec<Cluster>);
 
-impl Clusters {
+impl KeyframeClusters {
     /// What becomes of the clusters `from.0..to.0` and the keyframes `from.1..to.1`, none of which has a partner. The
     /// stops before and after them are partners, if there are any.
     fn between(&self, from: (usize, usize), to: (usize, usize), shown: &[RelativeKeyframe]) -> Vec<Cluster> {
@@ -133,14 +133,14 @@ impl Clusters {
 }
 
 impl Refine for KeyframeModel {
-    type Primitive = Clusters;
+    type Primitive = KeyframeClusters;
 
     fn fit(
         &self,
         original: &KeyframePolicy,
         segments: &[&Segment],
         counters: &mut Counters,
-    ) -> Result<Clusters, SituError> {
+    ) -> Result<KeyframeClusters, SituError> {
         let mut instances = vec![0; original.hmm().states()];
         for segment in segments {
             counters.segments_touched += 1;
@@ -158,10 +158,15 @@ impl Refine for KeyframeModel {
             hold,
             instances: instances.max(1),
         });
-        Ok(Clusters(clusters.collect()))
+        Ok(KeyframeClusters(clusters.collect()))
     }
 
-    fn correct(&self, primitive: &mut Clusters, shown: &Segment, counters: &mut Counters) -> Result<(), SituError> {
+    fn correct(
+        &self,
+        primitive: &mut KeyframeClusters,
+        shown: &Segment,
+        counters: &mut Counters,
+    ) -> Result<(), SituError> {
         counters.segments_touched += 1;
         let stops: Vec<Stop> = primitive.0.iter().map(Cluster::stop).collect();
         let shown = &shown.keyframes;
@@ -183,7 +188,7 @@ impl Refine for KeyframeModel {
         Ok(())
     }
 
-    fn keyframes(&self, primitive: &Clusters) -> Vec<RefinedKeyframe> {
+    fn keyframes(&self, primitive: &KeyframeClusters) -> Vec<RefinedKeyframe> {
         let keyframe = |cluster: &Cluster| RefinedKeyframe {
             mean: RelativeKeyframe { pose: cluster.emission.mean, gripper: cluster.gripper, hold: cluster.hold },
             scatter: cluster.emission.scatter,
