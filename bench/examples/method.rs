@@ -8,13 +8,15 @@ use std::sync::Arc;
 
 use rand_chacha::ChaCha8Rng;
 use situ::correction::Correction;
-use situ::demonstration::{Demonstration, RelativeKeyframe, Schema, State};
+use situ::demonstration::Demonstration;
 use situ::edit::{Edit, difference};
 use situ::error::SituError;
 use situ::graph::Graph;
 use situ::keyframe::policy::Execution;
 use situ::method::{self, KEYFRAME_AUTOMATON, Learned, Method, Original, Role};
 use situ::place::{NodeId, Place};
+use situ::segment::RelativeKeyframe;
+use situ::state::{Schema, State};
 use situ::trace::Trace;
 use situ_bench::cost::Subject;
 use situ_bench::synthetic::Parameters;

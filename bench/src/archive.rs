@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use situ::demonstration::{Demonstration, Schema};
+use situ::demonstration::Demonstration;
+use situ::state::Schema;
 
 use crate::demonstration_file::{Before, render};
 use crate::error::BenchError;

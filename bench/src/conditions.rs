@@ -5,10 +5,10 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use situ::demonstration::Schema;
 use situ::edit::Edit;
 use situ::method::Method;
 use situ::random::stream;
+use situ::state::Schema;
 use situ_tasks::Setting;
 use situ_teachers::Teacher;
 

@@ -2,7 +2,8 @@
 
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use situ::demonstration::{Feature, Gripper, Kind};
+use situ::demonstration::{Gripper, Kind};
+use situ::state::Feature;
 
 /// A primitive, named by a segment of an earlier demonstration that its node holds.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

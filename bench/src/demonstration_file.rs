@@ -57,9 +57,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Quaternion, Translation3, UnitQuaternion};
-use situ::demonstration::{Demonstration, Feature, Gripper, Keyframe, Kind, Pose, Schema, State};
+use situ::demonstration::{Demonstration, Gripper, Keyframe, Kind, Pose};
 use situ::place::SegmentId;
 use situ::segmentation::by_reference_object;
+use situ::state::{Feature, Schema, State};
 
 use crate::demonstration_content::{FileContent, FileGripper, FileKeyframe, FilePose};
 use crate::error::BenchError;

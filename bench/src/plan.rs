@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use situ::demonstration::Schema;
 use situ::edit::Edit;
 use situ::method::{self, KEYFRAME_AUTOMATON, Method, Role};
+use situ::state::Schema;
 use situ_tasks::{Registry, Setting, Task};
 use situ_teachers::{Roster, Teacher, convert};
 

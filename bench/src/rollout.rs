@@ -168,7 +168,7 @@ fn perform(
     watch: &mut Watch,
     reference: &str,
     frame: &situ::demonstration::Pose,
-    keyframes: &[situ::demonstration::RelativeKeyframe],
+    keyframes: &[situ::segment::RelativeKeyframe],
     observer: &mut dyn FnMut(&World),
 ) -> Option<Ended> {
     for (index, keyframe) in keyframes.iter().enumerate() {

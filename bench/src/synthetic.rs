@@ -19,13 +19,14 @@ use std::sync::Arc;
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use situ::demonstration::{Demonstration, Feature, Gripper, Keyframe, Kind, Pose, Schema, State};
+use situ::demonstration::{Demonstration, Gripper, Keyframe, Kind, Pose};
 use situ::edit::Edit;
 use situ::error::SituError;
 use situ::graph::Graph;
 use situ::keyframe::pose::{Tangent, exp};
 use situ::place::{Place, SegmentId};
 use situ::random::{standard_normal, stream};
+use situ::state::{Feature, Schema, State};
 
 /// Features of a state: enough that the states of 10,000 cells are apart.
 const FEATURES: usize = 12;

@@ -9,6 +9,7 @@ use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 
 use crate::error::SituError;
+use crate::state::{Schema, State};
 
 /// A rigid pose: translation in metres, rotation a unit quaternion.
 pub type Pose = Isometry3<f64>;
@@ -30,90 +31,6 @@ impl Gripper {
     pub fn value(self) -> f64 {
         match self {
             Self::Opening(value) | Self::Open(value) | Self::Close(value) => value,
-        }
-    }
-}
-
-/// One scalar of the observed state.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Feature {
-    /// Unique within its schema.
-    pub name: String,
-    /// The typical size of a difference that matters, in the feature's own unit, above 0 (decision D16).
-    pub scale: f64,
-}
-
-/// The named, scaled features of an observed state; one schema a task family (decision D0d).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct Schema {
-    features: Vec<Feature>,
-}
-
-impl Schema {
-    /// A schema of these features, in this order.
-    ///
-    /// # Errors
-    /// [`SituError::Schema`] where there is no feature, a name appears twice, or a scale is not finite and above 0.
-    pub fn new(features: Vec<Feature>) -> Result<Self, SituError> {
-        if features.is_empty() {
-            return Err(SituError::Schema { feature: String::new(), problem: "a schema needs at least one feature" });
-        }
-        for (index, feature) in features.iter().enumerate() {
-            let refuse = |problem| SituError::Schema { feature: feature.name.clone(), problem };
-            if !(feature.scale.is_finite() && feature.scale > 0.0) {
-                return Err(refuse("the scale must be a finite number above 0"));
-            }
-            if features[..index].iter().any(|other| other.name == feature.name) {
-                return Err(refuse("the name appears twice"));
-            }
-        }
-        Ok(Self { features })
-    }
-
-    /// The features in order.
-    pub fn features(&self) -> &[Feature] {
-        &self.features
-    }
-
-    /// The number of scalars of a state.
-    pub fn len(&self) -> usize {
-        self.features.len()
-    }
-
-    /// Never true: a schema has at least one feature.
-    pub fn is_empty(&self) -> bool {
-        self.features.is_empty()
-    }
-}
-
-/// An observed state `s`: one number a feature of the schema, in the feature's own unit. Cheap to clone.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct State(Arc<[f64]>);
-
-impl State {
-    /// A state of these values, in the order of the schema.
-    pub fn new(values: impl Into<Arc<[f64]>>) -> Self {
-        Self(values.into())
-    }
-
-    /// The values, in the order of the schema.
-    pub fn values(&self) -> &[f64] {
-        &self.0
-    }
-
-    fn check(&self, schema: &Schema, place: impl Fn() -> String) -> Result<(), SituError> {
-        if self.0.len() != schema.len() {
-            return Err(SituError::StateLength { place: place(), found: self.0.len(), expected: schema.len() });
-        }
-        match self.0.iter().position(|value| !value.is_finite()) {
-            None => Ok(()),
-            Some(index) => Err(SituError::NotFinite {
-                place: place(),
-                what: format!("state, feature `{}`", schema.features()[index].name),
-            }),
         }
     }
 }
@@ -233,30 +150,4 @@ impl Demonstration {
     pub fn carried_to_end(&self) -> bool {
         self.carried_to_end
     }
-}
-
-/// A keyframe relative to its segment's reference object.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RelativeKeyframe {
-    /// Pose of the gripper in the frame of the reference object, frozen at the segment's first keyframe (decision D0b).
-    pub pose: Pose,
-    /// The gripper command in force from this keyframe on.
-    pub gripper: Gripper,
-    /// Seconds of rest at the keyframe.
-    pub hold: f64,
-}
-
-/// A segment `d` of a demonstration: the keyframes about one reference object.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Segment {
-    /// The reference object.
-    pub reference: Arc<str>,
-    /// The state `S[i]`: the world before the motion to the segment's first keyframe (decision D0).
-    pub start: State,
-    /// At least one keyframe, relative to the reference object.
-    pub keyframes: Vec<RelativeKeyframe>,
-    /// What the teacher called it: one name, or several in order where skills on one object follow each other. Empty
-    /// unless every keyframe was named.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub narration: Vec<Arc<str>>,
 }

@@ -39,8 +39,10 @@ pub mod primitive;
 pub mod random;
 #[cfg(test)]
 mod same_bits;
+pub mod segment;
 pub mod segmentation;
 mod situ;
+pub mod state;
 pub mod structure;
 pub mod task_model;
 pub mod trace;

@@ -14,11 +14,11 @@
 use std::collections::BTreeSet;
 
 use crate::decisions::{Candidates, Modify};
-use crate::demonstration::Segment;
 use crate::error::SituError;
 use crate::matching::{Clusters, Match};
 use crate::place::{NodeId, Place, SampleId, SegmentId};
 use crate::primitive::{Initiation, Learner};
+use crate::segment::Segment;
 use crate::task_model::TaskModel;
 use crate::trace::{Counters, MatchedIn};
 use crate::update::Update;

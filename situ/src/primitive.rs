@@ -3,9 +3,11 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use crate::demonstration::{Pose, Segment, State};
+use crate::demonstration::Pose;
 use crate::error::SituError;
 use crate::keyframe::frechet::frechet;
+use crate::segment::Segment;
+use crate::state::State;
 use crate::trace::Counters;
 
 /// An initiation classifier `c`, with the confidence that the paper asks of it.

@@ -5,12 +5,13 @@ use core::fmt::Debug;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::demonstration::{Gripper, Pose, State};
+use crate::demonstration::{Gripper, Pose};
 use crate::keyframe::hmm::{Hmm, HmmParameters, Observation};
 use crate::keyframe::logistic::{self, LogisticParameters, Path};
 use crate::keyframe::pose::{Tangent, exp};
 use crate::place::NodeId;
 use crate::primitive::Ball;
+use crate::state::State;
 use crate::task_model::screen::Screen;
 use crate::vector::PLAINLY;
 

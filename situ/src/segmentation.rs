@@ -3,7 +3,8 @@
 
 use std::sync::Arc;
 
-use crate::demonstration::{Demonstration, Keyframe, RelativeKeyframe, Segment};
+use crate::demonstration::{Demonstration, Keyframe};
+use crate::segment::{RelativeKeyframe, Segment};
 
 /// Splits a demonstration wherever the named reference object changes.
 ///

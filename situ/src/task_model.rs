@@ -16,10 +16,11 @@ use serde::Serialize;
 
 use crate::correction::Correction;
 use crate::decisions::Background;
-use crate::demonstration::{Segment, State};
 use crate::error::SituError;
 use crate::place::{NodeId, Place, SampleId, Samples, SegmentId};
 use crate::primitive::{Initiation, Learner};
+use crate::segment::Segment;
+use crate::state::State;
 use crate::trace::Counters;
 
 use distances::Distances;

@@ -17,11 +17,13 @@ use proptest::prelude::*;
 use proptest::sample::Index;
 use situ::correction::Correction;
 use situ::decisions::Decisions;
-use situ::demonstration::{Demonstration, Segment, State};
+use situ::demonstration::Demonstration;
 use situ::method::rebuild::rebuild;
 use situ::place::{NodeId, Place, SampleId, SegmentId};
 use situ::primitive::{Initiation, Learner};
+use situ::segment::Segment;
 use situ::segmentation::by_reference_object;
+use situ::state::State;
 use situ::task_model::TaskModel;
 use situ::trace::Counters;
 

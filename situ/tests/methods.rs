@@ -9,7 +9,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use situ::correction::Correction;
 use situ::decisions::Decisions;
-use situ::demonstration::{Demonstration, Feature, Schema, State};
+use situ::demonstration::Demonstration;
 use situ::edit::difference;
 use situ::error::SituError;
 use situ::graph::GraphNode;
@@ -19,6 +19,7 @@ use situ::method::rebuild::rebuild;
 use situ::method::{KEYFRAME_AUTOMATON, Learned, Method, Role, all, named};
 use situ::place::{NodeId, Place, SegmentId};
 use situ::segmentation::by_reference_object;
+use situ::state::{Feature, Schema, State};
 use situ::task_model::History;
 use situ::trace::Counters;
 

@@ -10,12 +10,14 @@ use common::toy::{Line, Nearest, Toy};
 use common::{histories, spelt};
 use situ::correction::Correction;
 use situ::decisions::Decisions;
-use situ::demonstration::{Demonstration, Feature, Gripper, Keyframe, Kind, Pose, Schema, Segment, State};
+use situ::demonstration::{Demonstration, Gripper, Keyframe, Kind, Pose};
 use situ::error::SituError;
 use situ::fold::situ;
 use situ::method::rebuild::rebuild;
 use situ::place::{NodeId, Place};
 use situ::primitive::{Clustering, Learner};
+use situ::segment::Segment;
+use situ::state::{Feature, Schema, State};
 use situ::task_model::TaskModel;
 use situ::trace::{Branch, Counters};
 

@@ -9,11 +9,12 @@ use common::{CAREFUL, Planted, Task};
 use nalgebra::Isometry3;
 use proptest::prelude::*;
 use situ::correction::Correction;
-use situ::demonstration::{Demonstration, Feature, Gripper, Keyframe, Kind, Schema, State};
+use situ::demonstration::{Demonstration, Gripper, Keyframe, Kind};
 use situ::graph::{Graph, GraphNode};
 use situ::method::named;
 use situ::place::{NodeId, Place, SegmentId};
 use situ::segmentation::by_reference_object;
+use situ::state::{Feature, Schema, State};
 use situ::structure::{Agreement, Structure, Truth};
 
 /// A demonstration by the objects and the teacher's names of its keyframes: `a` the object, the digit the name.

@@ -1,7 +1,8 @@
 //! From the tasks' types to the learner's: the same numbers under another name.
 
-use situ::demonstration::{Feature, Gripper, Schema, State};
+use situ::demonstration::Gripper;
 use situ::error::SituError;
+use situ::state::{Feature, Schema, State};
 use situ_tasks::{Episode, Setting};
 
 /// The learner's schema of a setting's observed state.

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use situ::demonstration::{Demonstration, Keyframe, Kind, Pose, Schema};
+use situ::demonstration::{Demonstration, Keyframe, Kind, Pose};
+use situ::state::Schema;
 use situ_tasks::{Episode, MotionEnd, Setting, Skill, World};
 
 use crate::convert::{observe, observed_gripper};
@@ -136,7 +137,7 @@ fn known(skill: &Skill, setting: &Setting) -> bool {
 struct Recorder {
     keyframes: Vec<Keyframe>,
     /// The world before the motion to the next keyframe: as the last *recorded* keyframe left it (decision D0).
-    before: situ::demonstration::State,
+    before: situ::state::State,
 }
 
 /// What the teacher names: the reference object with its frame at the beginning of the skill, and the skill.

@@ -3,7 +3,8 @@
 
 use std::sync::Arc;
 
-use situ::demonstration::{Kind, State};
+use situ::demonstration::Kind;
+use situ::state::State;
 use situ_tasks::script::{self, Ending};
 use situ_tasks::{Episode, EpisodeSnapshot, Registry, Setting, World};
 use situ_teachers::convert::{observe, schema};

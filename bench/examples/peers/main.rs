@@ -14,12 +14,13 @@ use std::io::BufReader;
 
 use nalgebra::Matrix6;
 use serde::{Deserialize, Serialize};
-use situ::demonstration::{Pose, State};
+use situ::demonstration::Pose;
 use situ::keyframe::hmm::{Emission, Hmm, HmmParameters, Observation};
 use situ::keyframe::logistic::{self, LogisticParameters, Targets};
 use situ::keyframe::pose::{Tangent, exp, log};
 use situ::place::NodeId;
 use situ::primitive::Ball;
+use situ::state::State;
 use situ::task_model::screen::Screen;
 use situ_bench::cost::timed;
 

@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use super::logistic::LogisticFit;
 use super::parameters::Lift;
-use crate::demonstration::State;
 use crate::primitive::{Ball, Initiation};
+use crate::state::State;
 
 /// A fitted initiation classifier.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -14,9 +14,11 @@ use super::interpolate::resample;
 use super::logistic;
 use super::parameters::{Activation, Compared, Cut, Divergence, KeyframeParameters, Standardisation, States};
 use super::policy::KeyframePolicy;
-use crate::demonstration::{Pose, Schema, Segment, State};
+use crate::demonstration::Pose;
 use crate::error::SituError;
 use crate::primitive::{Clustering, Learner};
+use crate::segment::Segment;
+use crate::state::{Schema, State};
 use crate::trace::Counters;
 
 /// The percentile of decisions D8 and D10b.

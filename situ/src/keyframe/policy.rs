@@ -10,8 +10,9 @@ use serde::{Deserialize, Serialize};
 use super::divergence::FittedModel;
 use super::hmm::{Emission, Hmm, Observation};
 use super::pose::{self, Tangent};
-use crate::demonstration::{Gripper, RelativeKeyframe};
+use crate::demonstration::Gripper;
 use crate::random::standard_normal;
+use crate::segment::RelativeKeyframe;
 
 /// A fitted policy `π`.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -12,7 +12,7 @@ use super::rebuild::rebuild;
 use super::{KEYFRAME_AUTOMATON, KeyframeAutomaton, Learned, Method, Original, Role};
 use crate::correction::{Correction, Oracle};
 use crate::decisions::{Background, Candidates, Decisions};
-use crate::demonstration::{Demonstration, RelativeKeyframe, Schema, State};
+use crate::demonstration::Demonstration;
 use crate::error::SituError;
 use crate::fold::fold;
 use crate::graph::Graph;
@@ -21,7 +21,9 @@ use crate::keyframe::parameters::{Activation, Compared, Divergence, KeyframePara
 use crate::keyframe::policy::Execution;
 use crate::place::{NodeId, Place};
 use crate::placement::ByPolicy;
+use crate::segment::RelativeKeyframe;
 use crate::segmentation::{by_narration, by_reference_object};
+use crate::state::{Schema, State};
 use crate::task_model::TaskModel;
 use crate::trace::Trace;
 

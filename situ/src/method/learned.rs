@@ -5,11 +5,12 @@ use std::sync::Arc;
 use rand_chacha::ChaCha8Rng;
 
 use crate::correction::Correction;
-use crate::demonstration::{RelativeKeyframe, State};
 use crate::error::SituError;
 use crate::graph::Graph;
 use crate::keyframe::policy::Execution;
 use crate::place::{NodeId, Place};
+use crate::segment::RelativeKeyframe;
+use crate::state::State;
 use crate::trace::Trace;
 
 /// A task model that a method keeps up to date, and that can be executed.

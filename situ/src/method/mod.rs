@@ -18,9 +18,10 @@ pub use learned::Learned;
 pub use original::{KEYFRAME_AUTOMATON, KeyframeAutomaton, Original};
 pub use roster::{all, named, pooled, standard};
 
-use crate::demonstration::{Demonstration, Schema};
+use crate::demonstration::Demonstration;
 use crate::edit::Edit;
 use crate::error::SituError;
+use crate::state::Schema;
 
 /// What a method does with a task that has changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

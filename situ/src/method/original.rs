@@ -5,11 +5,12 @@ use std::sync::Arc;
 use super::learned::Learned;
 use super::rebuild::rebuild;
 use crate::decisions::Decisions;
-use crate::demonstration::{Demonstration, Schema};
+use crate::demonstration::Demonstration;
 use crate::error::SituError;
 use crate::keyframe::learner::KeyframeLearner;
 use crate::keyframe::parameters::KeyframeParameters;
 use crate::segmentation::by_reference_object;
+use crate::state::Schema;
 use crate::task_model::{History, TaskModel};
 
 /// The name of the model that most methods start from: see [`super::Method::original`].

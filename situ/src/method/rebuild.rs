@@ -3,10 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::decisions::Decisions;
-use crate::demonstration::Segment;
 use crate::error::SituError;
 use crate::place::{Place, SampleId, Samples, SegmentId};
 use crate::primitive::Learner;
+use crate::segment::Segment;
 use crate::task_model::{History, TaskModel};
 use crate::trace::{Counters, Trace};
 

@@ -4,8 +4,10 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use crate::demonstration::{Demonstration, Segment, State};
+use crate::demonstration::Demonstration;
 use crate::place::{NodeId, SegmentId};
+use crate::segment::Segment;
+use crate::state::State;
 
 /// One demonstration and the primitives it traversed.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -3,10 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::TaskModel;
-use crate::demonstration::Segment;
 use crate::error::SituError;
 use crate::place::{NodeId, Place, Samples, SegmentId};
 use crate::primitive::Learner;
+use crate::segment::Segment;
 use crate::trace::Counters;
 
 impl<L: Learner> TaskModel<L> {

@@ -1,15 +1,15 @@
 //! Which classifiers a state can activate at all: the scan of A1.6, eight nodes at once.
 
-use crate::demonstration::State;
 use crate::place::NodeId;
 use crate::primitive::Ball;
+use crate::state::State;
 use crate::vector::{EIGHT, loops};
 
 /// The ball of every node's classifier, in the order of their ids. It follows from the nodes, so it is no part of what
 /// a model says.
 ///
 /// ```
-/// use situ::demonstration::State;
+/// use situ::state::State;
 /// use situ::place::NodeId;
 /// use situ::primitive::Ball;
 /// use situ::task_model::screen::Screen;

@@ -4,13 +4,14 @@ use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use situ::correction::Correction;
-use situ::demonstration::{Demonstration, Feature, Gripper, Keyframe, Kind, Pose, Schema, State};
+use situ::demonstration::{Demonstration, Gripper, Keyframe, Kind, Pose};
 use situ::error::SituError;
 use situ::keyframe::policy::Execution;
 use situ::method::bp_ar_hmm::BpArHmm;
 use situ::method::bp_ar_hmm::parameters::BpArHmmParameters;
 use situ::method::{Learned, Method, named};
 use situ::place::Place;
+use situ::state::{Feature, Schema, State};
 
 const OPEN: Gripper = Gripper::Open(0.08);
 const CLOSE: Gripper = Gripper::Close(20.0);

@@ -12,7 +12,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use situ::correction::{Correction as Corrected, Oracle};
 use situ::decisions::Decisions;
-use situ::demonstration::{Demonstration, Feature, Gripper, Keyframe, Kind, Pose, Schema, State};
+use situ::demonstration::{Demonstration, Gripper, Keyframe, Kind, Pose};
 use situ::edit::Edit;
 use situ::fold::situ;
 use situ::keyframe::learner::KeyframeLearner;
@@ -23,6 +23,7 @@ use situ::place::{Place, SegmentId};
 use situ::primitive::Learner;
 use situ::random::{standard_normal, stream};
 use situ::segmentation::by_reference_object;
+use situ::state::{Feature, Schema, State};
 use situ::task_model::{History, TaskModel};
 use situ::trace::Trace;
 

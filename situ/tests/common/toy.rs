@@ -4,9 +4,11 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use situ::demonstration::{Pose, Segment, State};
+use situ::demonstration::Pose;
 use situ::error::SituError;
 use situ::primitive::{Clustering, Initiation, Learner};
+use situ::segment::Segment;
+use situ::state::State;
 use situ::trace::Counters;
 
 /// Two distances: nearer than `taught`, segments share a node in a full retraining; nearer than `found`, in an update.

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use situ::correction::Correction;
-use situ::demonstration::{Demonstration, Gripper, Keyframe, Kind, Pose, State};
+use situ::demonstration::{Demonstration, Gripper, Keyframe, Kind, Pose};
 use situ::edit::{Edit, difference};
 use situ::keyframe::policy::Execution;
 use situ::method::itmcd::ItmcdTask;
@@ -14,6 +14,7 @@ use situ::method::itmcd::parameters::{ItmcdParameters, Lag};
 use situ::method::{KeyframeAutomaton, Learned};
 use situ::place::{Place, SegmentId};
 use situ::random::stream;
+use situ::state::State;
 
 use crate::sorting::{Need, Skill, TASK, World, correction, originals, schema};
 

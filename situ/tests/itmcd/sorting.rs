@@ -9,10 +9,11 @@ use std::sync::Arc;
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use situ::demonstration::{Demonstration, Feature, Gripper, Keyframe, Kind, Pose, Schema, State};
+use situ::demonstration::{Demonstration, Gripper, Keyframe, Kind, Pose};
 use situ::edit::Edit;
 use situ::keyframe::pose::{Tangent, exp};
 use situ::random::{standard_normal, stream};
+use situ::state::{Feature, Schema, State};
 
 use Skill::{Drop, Nudge, Pick, Tap, Uncover};
 

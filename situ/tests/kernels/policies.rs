@@ -5,12 +5,14 @@ use std::sync::Arc;
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use situ::demonstration::{Feature, Gripper, RelativeKeyframe, Schema, Segment, State};
+use situ::demonstration::Gripper;
 use situ::keyframe::learner::KeyframeLearner;
 use situ::keyframe::parameters::KeyframeParameters;
 use situ::keyframe::policy::KeyframePolicy;
 use situ::primitive::Learner;
 use situ::random::standard_normal;
+use situ::segment::{RelativeKeyframe, Segment};
+use situ::state::{Feature, Schema, State};
 use situ::trace::Counters;
 
 use crate::sample::pose_of;

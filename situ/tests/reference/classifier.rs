@@ -2,10 +2,10 @@
 //! D2c, D10b, D16).
 
 use nalgebra::{DMatrix, DVector};
-use situ::demonstration::State;
 use situ::keyframe::logistic::Targets;
 use situ::keyframe::parameters::{Activation, KeyframeParameters, Standardisation};
 use situ::primitive::Initiation;
+use situ::state::State;
 
 use crate::learner::percentile;
 

@@ -5,13 +5,14 @@ use std::fmt;
 use std::mem::discriminant;
 
 use situ::decisions::Decisions;
-use situ::demonstration::{Demonstration, Pose, State};
+use situ::demonstration::{Demonstration, Pose};
 use situ::fold::situ;
 use situ::keyframe::learner::KeyframeLearner;
 use situ::keyframe::parameters::KeyframeParameters;
 use situ::method::rebuild::rebuild;
 use situ::place::Place;
 use situ::primitive::Learner;
+use situ::state::State;
 use situ::task_model::TaskModel;
 use situ::trace::{Branch, Counters, MatchedIn, Step};
 

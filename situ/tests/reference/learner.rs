@@ -4,10 +4,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use situ::demonstration::{Gripper, Pose, Schema, Segment, State};
+use situ::demonstration::{Gripper, Pose};
 use situ::error::SituError;
 use situ::keyframe::parameters::{Cut, KeyframeParameters};
 use situ::primitive::{Clustering, Learner};
+use situ::segment::Segment;
+use situ::state::{Schema, State};
 use situ::trace::Counters;
 
 use crate::classifier::Classifier;

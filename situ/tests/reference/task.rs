@@ -4,10 +4,12 @@ use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use situ::correction::Correction;
-use situ::demonstration::{Demonstration, Feature, Gripper, Keyframe, Kind, Pose, RelativeKeyframe, Schema, State};
+use situ::demonstration::{Demonstration, Gripper, Keyframe, Kind, Pose};
 use situ::place::{Place, SegmentId};
 use situ::primitive::Learner;
 use situ::random::{standard_normal, stream};
+use situ::segment::RelativeKeyframe;
+use situ::state::{Feature, Schema, State};
 use situ::task_model::TaskModel;
 
 use crate::common::{CAREFUL, Noise};

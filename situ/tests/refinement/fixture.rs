@@ -1,10 +1,12 @@
 //! A primitive of a few keyframes, its policy, and changes of it.
 
-use situ::demonstration::{Feature, Gripper, Pose, RelativeKeyframe, Schema, Segment, State};
+use situ::demonstration::{Gripper, Pose};
 use situ::keyframe::learner::KeyframeLearner;
 use situ::keyframe::parameters::KeyframeParameters;
 use situ::keyframe::policy::KeyframePolicy;
 use situ::primitive::Learner;
+use situ::segment::{RelativeKeyframe, Segment};
+use situ::state::{Feature, Schema, State};
 
 /// A pick beside an object: above it, beside it on the way down, on it, up again, and off to the side. Metres.
 pub(crate) const PLACES: [[f64; 3]; 5] =

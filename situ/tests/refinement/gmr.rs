@@ -2,12 +2,12 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use situ::demonstration::{RelativeKeyframe, Segment};
 use situ::keyframe::pose::{Tangent, exp, log};
 use situ::method::refinement::Refine;
 use situ::method::refinement::tactile_gmr::mixture::{Component, CovariancePrior, Mixture, fit, regress};
 use situ::method::refinement::tactile_gmr::{MixturePrimitive, TactileGmr};
 use situ::random::{standard_normal, stream};
+use situ::segment::{RelativeKeyframe, Segment};
 
 use super::fixture::{apart, keyframe, moved, pick, policy, segment};
 

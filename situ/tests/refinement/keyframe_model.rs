@@ -1,11 +1,11 @@
 //! What a correction does to keyframe clusters.
 
 use proptest::prelude::*;
-use situ::demonstration::RelativeKeyframe;
 use situ::keyframe::pose::log;
 use situ::method::refinement::Refine;
 use situ::method::refinement::alignment::{Stop, align, distance};
 use situ::method::refinement::keyframe_model::KeyframeModel;
+use situ::segment::RelativeKeyframe;
 
 use super::fixture::{keyframe, moved, pick, policy, segment};
 

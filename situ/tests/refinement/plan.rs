@@ -1,7 +1,7 @@
 //! The plan of least cost.
 
 use proptest::prelude::*;
-use situ::demonstration::Segment;
+use situ::segment::Segment;
 use situ::keyframe::pose::{Tangent, log};
 use situ::method::refinement::cost_weights::features::{RANGES, cost, features, plan};
 use situ::method::refinement::cost_weights::{CostWeights, FEATURES, Physical, Rule};

@@ -14,8 +14,9 @@ use super::branch::Branch;
 use super::recording::Frame;
 use super::run::{Run, Stretch, runs};
 use super::skill::Skill;
-use crate::demonstration::{Demonstration, State};
+use crate::demonstration::Demonstration;
 use crate::place::{NodeId, Place, SegmentId};
+use crate::state::State;
 use crate::trace::Counters;
 
 /// Goals that are further apart than this are two goals, metres. Those of a careful teacher differ by one or two

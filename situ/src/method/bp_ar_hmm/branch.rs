@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 
-use crate::demonstration::State;
 use crate::keyframe::classifier::scaled;
 use crate::place::Place;
+use crate::state::State;
 
 /// A distance that is added on both sides of the probability, in scales of the schema, so that no example decides
 /// alone.

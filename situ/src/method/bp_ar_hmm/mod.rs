@@ -48,14 +48,16 @@ use self::parameters::BpArHmmParameters;
 use self::recording::{Frame, record};
 use super::{Learned, Method, Original, Role};
 use crate::correction::Correction;
-use crate::demonstration::{Demonstration, RelativeKeyframe, Schema, State};
+use crate::demonstration::Demonstration;
 use crate::edit::Edit;
 use crate::error::SituError;
 use crate::graph::{Graph, GraphNode};
 use crate::keyframe::policy::Execution;
 use crate::place::{NodeId, Place};
 use crate::random::stream;
+use crate::segment::RelativeKeyframe;
 use crate::segmentation::lengths;
+use crate::state::{Schema, State};
 use crate::trace::{Counters, Trace};
 
 /// The method.

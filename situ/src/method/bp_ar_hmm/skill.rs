@@ -9,10 +9,11 @@ use serde::Serialize;
 use super::dmp::{Dmp, STEPS, at_even_times};
 use super::recording::{Frame, RATE};
 use super::run::Run;
-use crate::demonstration::{Gripper, Pose, RelativeKeyframe};
+use crate::demonstration::{Gripper, Pose};
 use crate::keyframe::policy::Execution;
 use crate::keyframe::pose::{Tangent, exp, karcher_mean, log};
 use crate::random::standard_normal;
+use crate::segment::RelativeKeyframe;
 
 /// Seconds from waypoint to waypoint.
 const WAYPOINT_SECONDS: f64 = 0.5;

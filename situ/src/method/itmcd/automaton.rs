@@ -5,10 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::frames::Frames;
 use super::parameters::ItmcdParameters;
 use super::starhmm::{END, LinearGaussian, Phase, Starhmm, StarhmmSequence, StarhmmStep};
-use crate::demonstration::Segment;
 use crate::error::SituError;
 use crate::keyframe::learner::KeyframeLearner;
 use crate::place::{NodeId, Place, SegmentId};
+use crate::segment::Segment;
 use crate::task_model::{History, TaskModel};
 
 /// The segments that the policy of a node was fitted to before each modification, the oldest first.

@@ -20,9 +20,11 @@ use nalgebra::Vector3;
 
 use super::parameters::{ItmcdParameters, Lag};
 use super::starhmm::StarhmmStep;
-use crate::demonstration::{Gripper, Pose, Segment, State};
+use crate::demonstration::{Gripper, Pose};
 use crate::keyframe::interpolate::resample;
 use crate::keyframe::pose::METRES_PER_RADIAN;
+use crate::segment::Segment;
+use crate::state::State;
 
 /// The unit of a coordinate, metres.
 pub const UNIT: f64 = 0.01;

@@ -37,10 +37,11 @@ pub mod selection;
 pub mod starhmm;
 mod task;
 
-use crate::demonstration::{Demonstration, Schema};
+use crate::demonstration::Demonstration;
 use crate::edit::Edit;
 use crate::error::SituError;
 use crate::method::{KEYFRAME_AUTOMATON, KeyframeAutomaton, Learned, Method, Original, Role};
+use crate::state::Schema;
 
 use parameters::ItmcdParameters;
 pub use task::ItmcdTask;

@@ -12,7 +12,6 @@ use super::planned::Planned;
 use super::selection::{Plan, Round, Shown, select};
 use crate::correction::Correction;
 use crate::decisions::Decisions;
-use crate::demonstration::{RelativeKeyframe, Segment, State};
 use crate::error::SituError;
 use crate::fold::fold;
 use crate::graph::Graph;
@@ -20,7 +19,9 @@ use crate::keyframe::learner::KeyframeLearner;
 use crate::keyframe::policy::Execution;
 use crate::method::{KeyframeAutomaton, Learned};
 use crate::place::{NodeId, Place};
+use crate::segment::{RelativeKeyframe, Segment};
 use crate::segmentation::by_reference_object;
+use crate::state::State;
 use crate::task_model::{History, TaskModel};
 use crate::trace::{Counters, Trace};
 

@@ -1,8 +1,9 @@
 //! The alignment of the keyframes of a correction with those of a primitive: sequence alignment (Needleman and Wunsch
 //! 1970).
 
-use crate::demonstration::{Gripper, Pose, RelativeKeyframe};
+use crate::demonstration::{Gripper, Pose};
 use crate::keyframe::pose::{METRES_PER_RADIAN, arc_length, exp, log};
+use crate::segment::RelativeKeyframe;
 
 /// The cost of a keyframe without a partner, metres. So two keyframes can be partners at up to twice this, 30 cm. That
 /// is more than a modification of a primitive moves a keyframe (8 to 12 cm), and less than the distance to another

@@ -1,12 +1,12 @@
 //! Which primitive a segment of a correction is about.
 
 use crate::decisions::Modify;
-use crate::demonstration::Segment;
 use crate::error::SituError;
 use crate::keyframe::learner::KeyframeLearner;
 use crate::mending::{first_near, suspects};
 use crate::place::{NodeId, Place};
 use crate::primitive::Learner;
+use crate::segment::Segment;
 use crate::task_model::TaskModel;
 use crate::trace::Counters;
 

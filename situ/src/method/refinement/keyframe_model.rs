@@ -25,7 +25,8 @@ use serde::Serialize;
 
 use super::alignment::{Stop, align, contacts, off_path};
 use super::refine::{Refine, RefinedKeyframe};
-use crate::demonstration::{Gripper, Pose, RelativeKeyframe, Segment};
+use crate::demonstration::{Gripper, Pose};
+use crate::segment::{RelativeKeyframe, Segment};
 use crate::error::SituError;
 use crate::keyframe::hmm::{Emission, Observation};
 use crate::keyframe::policy::{CHI_SQUARED_6_95, KeyframePolicy};

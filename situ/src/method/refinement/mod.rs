@@ -25,9 +25,10 @@ mod task;
 pub use refine::{Refine, RefinedKeyframe};
 
 use super::{KEYFRAME_AUTOMATON, KeyframeAutomaton, Learned, Method, Original, Role};
-use crate::demonstration::{Demonstration, Schema};
+use crate::demonstration::Demonstration;
 use crate::edit::Edit;
 use crate::error::SituError;
+use crate::state::Schema;
 
 /// A method that refines primitives by `R`.
 #[derive(Clone, Copy, Debug)]

@@ -5,9 +5,9 @@ use std::fmt::Debug;
 use nalgebra::Matrix6;
 use serde::Serialize;
 
-use crate::demonstration::{RelativeKeyframe, Segment};
 use crate::error::SituError;
 use crate::keyframe::policy::KeyframePolicy;
+use crate::segment::{RelativeKeyframe, Segment};
 use crate::trace::Counters;
 
 /// A keyframe of a refined primitive.

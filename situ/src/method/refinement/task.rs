@@ -11,7 +11,6 @@ use super::attribution::Attribution;
 use super::refine::Refine;
 use crate::correction::Correction;
 use crate::decisions::Decisions;
-use crate::demonstration::{RelativeKeyframe, Segment, State};
 use crate::error::SituError;
 use crate::graph::Graph;
 use crate::keyframe::interpolate::resample;
@@ -20,7 +19,9 @@ use crate::keyframe::policy::{Execution, draw};
 use crate::keyframe::pose::exp;
 use crate::method::{KeyframeAutomaton, Learned};
 use crate::place::{NodeId, Place, SegmentId};
+use crate::segment::{RelativeKeyframe, Segment};
 use crate::segmentation::by_reference_object;
+use crate::state::State;
 use crate::task_model::TaskModel;
 use crate::trace::Trace;
 

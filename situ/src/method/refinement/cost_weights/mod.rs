@@ -22,7 +22,7 @@ pub use rule::{Physical, Rule, coactive};
 
 use super::alignment::{Stop, align, contacts};
 use super::refine::{Refine, RefinedKeyframe};
-use crate::demonstration::{RelativeKeyframe, Segment};
+use crate::segment::{RelativeKeyframe, Segment};
 use crate::error::SituError;
 use crate::keyframe::policy::KeyframePolicy;
 use crate::keyframe::pose::{exp, log};

@@ -1,8 +1,9 @@
 //! Segments as points of phase, contact and pose.
 
 use super::super::alignment::{Stop, align};
-use crate::demonstration::{Pose, RelativeKeyframe};
+use crate::demonstration::Pose;
 use crate::keyframe::pose::{exp, log};
+use crate::segment::RelativeKeyframe;
 
 /// The numbers of a point.
 pub const DIMENSIONS: usize = 8;
