@@ -1,11 +1,11 @@
 //! The plan of least cost.
 
 use proptest::prelude::*;
-use situ::segment::Segment;
 use situ::keyframe::pose::{Tangent, log};
 use situ::method::refinement::cost_weights::features::{RANGES, cost, features, plan};
 use situ::method::refinement::cost_weights::{CostWeights, FEATURES, Physical, Rule};
 use situ::method::refinement::{Refine, RefinedKeyframe};
+use situ::segment::Segment;
 
 use super::fixture::{apart, moved, pick, policy, segment};
 

@@ -26,11 +26,11 @@ use serde::Serialize;
 use super::alignment::{Stop, align, contacts, off_path};
 use super::refine::{Refine, RefinedKeyframe};
 use crate::demonstration::{Gripper, Pose};
-use crate::segment::{RelativeKeyframe, Segment};
 use crate::error::SituError;
 use crate::keyframe::hmm::{Emission, Observation};
 use crate::keyframe::policy::{CHI_SQUARED_6_95, KeyframePolicy};
 use crate::keyframe::pose::{exp, log};
+use crate::segment::{RelativeKeyframe, Segment};
 use crate::trace::Counters;
 
 /// A keyframe that is at most this far from a way is on the way, metres (a radian counts a tenth of a metre). It is

@@ -22,10 +22,10 @@ pub use rule::{Physical, Rule, coactive};
 
 use super::alignment::{Stop, align, contacts};
 use super::refine::{Refine, RefinedKeyframe};
-use crate::segment::{RelativeKeyframe, Segment};
 use crate::error::SituError;
 use crate::keyframe::policy::KeyframePolicy;
 use crate::keyframe::pose::{exp, log};
+use crate::segment::{RelativeKeyframe, Segment};
 use crate::trace::Counters;
 
 /// The step of both rules of Bajcsy et al. The curvature of the plan's cost is 1 along every feature. So with a step of

@@ -34,10 +34,10 @@ use self::mixture::{CovariancePrior, Mixture, fit, regress};
 use super::alignment::Stop;
 use super::refine::{Refine, RefinedKeyframe};
 use crate::demonstration::Pose;
-use crate::segment::{RelativeKeyframe, Segment};
 use crate::error::SituError;
 use crate::keyframe::policy::KeyframePolicy;
 use crate::keyframe::pose::{exp, karcher_mean};
+use crate::segment::{RelativeKeyframe, Segment};
 use crate::trace::Counters;
 
 /// The weight of all corrections together, where that of the originals is 1. With a weight of 1, a keyframe that is
