@@ -126,25 +126,28 @@ fn answer(question: Question, seconds: f64) -> Outcome<(Values, Vec<f64>)> {
             let (fit, nanoseconds) = measured(seconds, || logistic::fit(&rows, &labels, &parameters, None))?;
             Ok((Values::from([("weights", fit.weights), ("intercept", vec![fit.intercept])]), nanoseconds))
         }
-        Question::Screen { centres, greatest, row } => {
-            if centres.iter().any(|centre| centre.len() != row.len()) {
-                return Err("the centres and the row are not of one shape".into());
-            }
-            let (scales, state) = (vec![1.0; row.len()], State::new(row));
-            let mut screen = Screen::default();
-            for (node, centre) in centres.iter().enumerate() {
-                screen.set(NodeId(u32::try_from(node)?), Some(Ball { scales: &scales, centre, greatest }));
-            }
-            let (passing, nanoseconds) =
-                measured(seconds, || Ok::<_, Box<dyn Error>>(black_box(&screen).passing(black_box(&state))))?;
-            let passing = passing.into_iter().map(|node| f64::from(node.0)).collect();
-            Ok((Values::from([("passing", passing)]), nanoseconds))
-        }
+        Question::Screen { centres, greatest, row } => screened(&centres, greatest, row, seconds),
         Question::Peak { fused } => {
             let (operations, nanoseconds) = measured(seconds, || Ok::<_, Box<dyn Error>>(Peak { fused }.run()))?;
             Ok((Values::from([("operations", vec![operations])]), nanoseconds))
         }
     }
+}
+
+/// The nodes whose ball of this greatest distance holds the row.
+fn screened(centres: &[Vec<f64>], greatest: f64, row: Vec<f64>, seconds: f64) -> Outcome<(Values, Vec<f64>)> {
+    if centres.iter().any(|centre| centre.len() != row.len()) {
+        return Err("the centres and the row are not of one shape".into());
+    }
+    let (scales, state) = (vec![1.0; row.len()], State::new(row));
+    let mut screen = Screen::default();
+    for (node, centre) in centres.iter().enumerate() {
+        screen.set(NodeId(u32::try_from(node)?), Some(Ball { scales: &scales, centre, greatest }));
+    }
+    let (passing, nanoseconds) =
+        measured(seconds, || Ok::<_, Box<dyn Error>>(black_box(&screen).passing(black_box(&state))))?;
+    let passing = passing.into_iter().map(|node| f64::from(node.0)).collect();
+    Ok((Values::from([("passing", passing)]), nanoseconds))
 }
 
 /// The result of a kernel, and the nanoseconds of each timed run.
