@@ -2,10 +2,12 @@
 
 mod distances;
 mod edges;
+mod fit;
 mod history;
 mod journal;
 mod node;
 mod reconnect;
+mod samples;
 pub mod screen;
 mod undo;
 
@@ -15,7 +17,6 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use crate::correction::Correction;
-use crate::decisions::Background;
 use crate::error::SituError;
 use crate::place::{NodeId, Place, SampleId, Samples, SegmentId};
 use crate::primitive::{Initiation, Learner};
@@ -233,27 +234,6 @@ impl<L: Learner> TaskModel<L> {
             .reduce(|best, other| if other.1 > best.1 { other } else { best })
     }
 
-    fn samples(&self, place: Place) -> Option<&Samples> {
-        match place {
-            Place::Start => None,
-            Place::Node(id) => self.nodes.get(&id).map(|node| &node.samples),
-            Place::End => Some(&self.end.samples),
-        }
-    }
-
-    fn samples_mut(&mut self, place: Place) -> Option<&mut Samples> {
-        match place {
-            Place::Start => None,
-            Place::Node(id) => self.node_mut(id).ok().map(|node| &mut node.samples),
-            Place::End => Some(&mut self.end_mut().samples),
-        }
-    }
-
-    /// `S(places)`: the samples in which these places begin.
-    pub fn starts(&self, places: impl Iterator<Item = Place>) -> BTreeSet<SampleId> {
-        places.filter_map(|place| self.samples(place)).flat_map(|samples| &samples.positives).copied().collect()
-    }
-
     /// Writes a demonstration down, none of its segments placed yet, and returns its segments' ids.
     pub fn begin(&mut self, history: History) -> Vec<SegmentId> {
         let demonstration = self.histories.len() as u32;
@@ -342,15 +322,6 @@ impl<L: Learner> TaskModel<L> {
         Ok(())
     }
 
-    /// Adds a positive sample to a node.
-    ///
-    /// # Errors
-    /// [`SituError::UnknownNode`].
-    pub fn add_positive(&mut self, id: NodeId, sample: SampleId) -> Result<(), SituError> {
-        self.node_mut(id)?.samples.positives.insert(sample);
-        Ok(())
-    }
-
     /// Makes a segment an instance of a node, and gives the node the policy that was fitted to this segment alone
     /// (decision D18). The other segments remain instances of the node, but no longer teach its policy.
     ///
@@ -371,91 +342,5 @@ impl<L: Learner> TaskModel<L> {
             journal.edges.push((from, to, true));
         }
         is_new
-    }
-
-    /// Adds a positive sample to END.
-    pub fn add_final(&mut self, demonstration: u32) {
-        self.end_mut().samples.positives.insert(SampleId::Final(demonstration));
-    }
-
-    /// Adds negatives to a place's samples. Returns whether one of them was new.
-    pub fn add_negatives(&mut self, place: Place, negatives: &BTreeSet<SampleId>) -> bool {
-        let Some(samples) = self.samples_mut(place) else { return false };
-        let before = samples.negatives.len();
-        samples.negatives.extend(negatives);
-        samples.negatives.len() > before
-    }
-
-    /// Background negatives (decision D2) of a primitive that stands between these places: a bounded number of start
-    /// states, spread over the demonstrations by a fixed sequence of low discrepancy, its own `positives` left out.
-    pub fn background(
-        &self,
-        rule: Background,
-        neighbours: impl Iterator<Item = Place>,
-        positives: &BTreeSet<SampleId>,
-    ) -> BTreeSet<SampleId> {
-        let mut samples = if rule.neighbours { self.starts(neighbours) } else { BTreeSet::new() };
-        // Only the demonstration that is being learned can have no segment placed yet.
-        let placed =
-            self.histories.len() - usize::from(self.histories.last().is_some_and(|last| last.nodes.is_empty()));
-        for draw in 0..if placed == 0 { 0 } else { rule.others } {
-            // The golden ratio and the plastic number: points that spread evenly however many are drawn.
-            let spread = |step: f64, size: usize| ((draw as f64 + 0.5) * step % 1.0 * size as f64) as usize;
-            let history = spread(0.618_033_988_749_894_9, placed);
-            let segment = spread(0.754_877_666_246_692_8, self.histories[history].nodes.len());
-            samples.insert(SampleId::Start(SegmentId { demonstration: history as u32, index: segment as u32 }));
-        }
-        samples.retain(|sample| !positives.contains(sample));
-        samples
-    }
-
-    /// Fits the policy of a node to its policy's segments (Update-Policy, A2.18).
-    ///
-    /// # Errors
-    /// Where the learner refuses.
-    pub fn fit_policy(&mut self, learner: &L, id: NodeId, counters: &mut Counters) -> Result<(), SituError> {
-        let segments: Vec<&Segment> = self.node(id)?.policy_segments.iter().map(|id| &**self.segment(*id)).collect();
-        let policy = learner.fit_policy(&segments, counters)?;
-        self.node_mut(id)?.policy = policy;
-        self.distances.forget(id);
-        Ok(())
-    }
-
-    /// Fits the classifier of each of these places to its samples (Update-Classifier, A2.19); START has none.
-    ///
-    /// # Errors
-    /// Where the learner refuses.
-    pub fn fit_classifiers(
-        &mut self,
-        learner: &L,
-        places: &BTreeSet<Place>,
-        counters: &mut Counters,
-    ) -> Result<(), SituError> {
-        for place in places {
-            let Some(samples) = self.samples(*place).filter(|samples| !samples.positives.is_empty()) else { continue };
-            let classifier = self.fit_samples(learner, samples, counters)?;
-            match place {
-                Place::Node(id) => {
-                    self.screen.set(*id, classifier.ball());
-                    self.node_mut(*id)?.classifier = classifier;
-                }
-                _ => self.end_mut().classifier = Some(classifier),
-            }
-        }
-        Ok(())
-    }
-
-    /// A classifier for these samples.
-    ///
-    /// # Errors
-    /// Where the learner refuses.
-    pub fn fit_samples(
-        &self,
-        learner: &L,
-        samples: &Samples,
-        counters: &mut Counters,
-    ) -> Result<L::Classifier, SituError> {
-        let states = |ids: &BTreeSet<SampleId>| ids.iter().map(|id| self.state(*id)).collect::<Vec<_>>();
-        learner.fit_classifier(&states(&samples.positives), &states(&samples.negatives), counters)
     }
 }

@@ -171,23 +171,10 @@ impl Listing {
         }
     }
 
-    /// Procedure Local-Update(a, s, d, Z, T). Returns z.
-    fn local_update(&mut self, a: Place, d: SegmentId, z_set: Vec<NodeId>) -> NodeId {
-        let s = SampleId::Start(d);
-        // Z_new ← Cluster(Z) and i ← Find-Policy(d, Π(Z_new)), in one.
-        let own = self.fit_policy(&BTreeSet::from([d]));
-        let policies: Vec<&Line> = z_set.iter().map(|id| &self.nodes[id].policy).collect();
-        let found = if policies.is_empty() {
-            Default::default()
-        } else {
-            self.learner.cluster_and_find(&own, &policies, &[], &(), &mut Counters::default())
-        };
-        let mut groups = found.redundant.clone();
-        groups.extend((found.matched.len() > 1).then(|| found.matched.clone()));
-        // T ← Local-Reconnect(T, Z, Z_new)
-        let mut names: BTreeMap<NodeId, NodeId> = BTreeMap::new();
-        for group in groups {
-            let old: Vec<NodeId> = group.iter().map(|index| z_set[*index]).collect();
+    /// Local-Reconnect for groups of nodes; returns the new name of each.
+    fn local_reconnect(&mut self, groups: Vec<Vec<NodeId>>) -> BTreeMap<NodeId, NodeId> {
+        let mut names = BTreeMap::new();
+        for old in groups {
             let gone: Vec<Primitive> = old.iter().map(|id| self.nodes.remove(id).unwrap()).collect();
             let gather = |of: fn(&Primitive) -> &BTreeSet<SampleId>| gone.iter().flat_map(of).copied().collect();
             let data = gone.iter().flat_map(|node| &node.data).copied().collect();
@@ -203,6 +190,25 @@ impl Listing {
                 self.edges.extend(touched.map(|pair| (pair[0], pair[1])));
             }
         }
+        names
+    }
+
+    /// Procedure Local-Update(a, s, d, Z, T). Returns z.
+    fn local_update(&mut self, a: Place, d: SegmentId, z_set: Vec<NodeId>) -> NodeId {
+        let s = SampleId::Start(d);
+        // Z_new ← Cluster(Z) and i ← Find-Policy(d, Π(Z_new)), in one.
+        let own = self.fit_policy(&BTreeSet::from([d]));
+        let policies: Vec<&Line> = z_set.iter().map(|id| &self.nodes[id].policy).collect();
+        let found = if policies.is_empty() {
+            Default::default()
+        } else {
+            self.learner.cluster_and_find(&own, &policies, &[], &(), &mut Counters::default())
+        };
+        let mut groups = found.redundant.clone();
+        groups.extend((found.matched.len() > 1).then(|| found.matched.clone()));
+        // T ← Local-Reconnect(T, Z, Z_new)
+        let groups = groups.iter().map(|group| group.iter().map(|index| z_set[*index]).collect()).collect();
+        let names = self.local_reconnect(groups);
         let now = |id: NodeId| names.get(&id).copied().unwrap_or(id);
         let a = if let Place::Node(id) = a { Place::Node(now(id)) } else { a };
         match found.matched.first().map(|index| now(z_set[*index])) {

@@ -110,6 +110,52 @@ fn nothing_kept_is_stale<L: Learner + Clone>(model: &TaskModel<L>, learner: &L) 
     assert_eq!(again.divergences, 0);
 }
 
+/// What is out of reach of an update by one segment stays as it was. Returns how many nodes that are.
+fn stays_local<L: Learner + Debug + PartialEq>(
+    before: &TaskModel<L>,
+    after: &TaskModel<L>,
+    last: Place,
+    shown: &Demonstration,
+    decisions: &Decisions,
+) -> usize {
+    let untouched = out_of_reach(before, last, shown, decisions);
+    for id in &untouched {
+        assert_eq!(before.node(*id).unwrap(), after.node(*id).unwrap(), "{id} is out of reach");
+    }
+    // Between two places out of reach no edge comes or goes.
+    let is_far = |place: &Place| matches!(place, Place::Node(id) if untouched.contains(id)) && *place != last;
+    let edges =
+        |model: &TaskModel<L>| model.edges().filter(|(from, to)| is_far(from) && is_far(to)).collect::<Vec<_>>();
+    assert_eq!(edges(before), edges(after));
+    untouched.len()
+}
+
+/// The order of Z does not matter.
+fn order_does_not_matter<L: Learner + Clone>(
+    before: &TaskModel<L>,
+    last: Place,
+    shown: &Demonstration,
+    learner: &L,
+    decisions: &Decisions,
+) {
+    let segments = by_reference_object(shown);
+    let mut z = before.applicable(&segments[0].start, &mut Counters::default());
+    let find = |z: &[NodeId]| {
+        let mut model = before.clone();
+        let history = model.history(&Correction::after(last, shown), segments.clone()).unwrap();
+        let d = model.begin(history)[0];
+        let mut update = Update::new(&mut model, learner, decisions);
+        (ByPolicy.cluster(&mut update, d, z).unwrap(), update.counters)
+    };
+    let expected = find(&z);
+    for _ in 0..z.len().min(3) {
+        z.rotate_left(1);
+        assert_eq!(find(&z), expected);
+    }
+    z.reverse();
+    assert_eq!(find(&z), expected);
+}
+
 /// Folds a demonstration in, and checks all that holds whatever the learner thinks.
 fn update<L>(
     before: &TaskModel<L>,
@@ -142,37 +188,11 @@ where
     // Locality: one segment's update.
     let mut far = 0;
     if segments.len() == 1 {
-        let untouched = out_of_reach(before, last, shown, decisions);
-        far = untouched.len();
-        for id in &untouched {
-            assert_eq!(before.node(*id).unwrap(), after.node(*id).unwrap(), "{id} is out of reach");
-        }
-        // Between two places out of reach no edge comes or goes.
-        let is_far = |place: &Place| matches!(place, Place::Node(id) if untouched.contains(id)) && *place != last;
-        let edges =
-            |model: &TaskModel<L>| model.edges().filter(|(from, to)| is_far(from) && is_far(to)).collect::<Vec<_>>();
-        assert_eq!(edges(before), edges(&after));
-        // The order of Z does not matter.
-        let mut z = before.applicable(&segments[0].start, &mut Counters::default());
-        let find = |z: &[NodeId]| {
-            let mut model = before.clone();
-            let history = model.history(&Correction::after(last, shown), segments.clone()).unwrap();
-            let d = model.begin(history)[0];
-            let mut update = Update::new(&mut model, learner, decisions);
-            (ByPolicy.cluster(&mut update, d, z).unwrap(), update.counters)
-        };
-        let expected = find(&z);
-        for _ in 0..z.len().min(3) {
-            z.rotate_left(1);
-            assert_eq!(find(&z), expected);
-        }
-        z.reverse();
-        assert_eq!(find(&z), expected);
+        far = stays_local(before, &after, last, shown, decisions);
+        order_does_not_matter(before, last, shown, learner, decisions);
         for model in [before, &after] {
-            assert_eq!(
-                model.applicable(&segments[0].start, &mut Counters::default()),
-                asked(model, &segments[0].start)
-            );
+            let found = model.applicable(&segments[0].start, &mut Counters::default());
+            assert_eq!(found, asked(model, &segments[0].start));
             nothing_kept_is_stale(model, learner);
         }
     }
