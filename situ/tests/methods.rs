@@ -242,6 +242,9 @@ fn methods_of_one_original_start_alike() {
     for method in all() {
         let model = taught(&*method, &task);
         let graph = model.graph();
+        let lengths: Vec<usize> = graph.lengths.iter().map(|lengths| lengths.iter().sum()).collect();
+        let keyframes: Vec<usize> = shown.iter().map(|shown| shown.keyframes().len()).collect();
+        assert_eq!(lengths, keyframes, "{}: every keyframe is of one segment", method.name());
         let places = || graph.nodes.iter().map(|node| Place::Node(node.id)).chain([Place::Start]);
         let next: Vec<_> = places().flat_map(|place| states.iter().map(move |state| (place, *state))).collect();
         let next: Vec<_> = next.into_iter().map(|(place, state)| model.next(place, state)).collect();
@@ -268,4 +271,17 @@ fn a_counter_of_nothing_is_not_written() {
     let written = serde_json::to_value(some).unwrap();
     assert_eq!(written["logistic_steps"], 3);
     assert_eq!(serde_json::from_value::<Counters>(written).unwrap(), some);
+}
+
+#[test]
+fn counters_add_up_one_by_one() {
+    let names = ["hmm_fits", "em_iterations", "divergences", "classifier_fits", "classifier_evaluations"];
+    let names = names.into_iter().chain(["nodes_touched", "segments_touched", "logistic_steps"]);
+    let counters = |numbers: fn(u64) -> u64| -> Counters {
+        let named = names.clone().zip(1..).map(|(name, place)| (name.to_owned(), numbers(place).into()));
+        serde_json::from_value(serde_json::Value::Object(named.collect())).unwrap()
+    };
+    let mut sum = counters(|place| place);
+    sum += counters(|place| 100 * place * place);
+    assert_eq!(sum, counters(|place| place + 100 * place * place));
 }

@@ -1,6 +1,11 @@
 //! AICc and Akaike weights, by hand.
 
+use situ::edit::Edit;
+use situ::method::Method;
+use situ::method::itmcd::Itmcd;
+use situ::method::itmcd::candidate::Candidate;
 use situ::method::itmcd::criterion::{akaike_weights, corrected_akaike};
+use situ::place::{NodeId, Place};
 
 #[test]
 fn the_criterion_is_what_the_hand_computes() {
@@ -32,4 +37,26 @@ fn weights_are_relative_likelihoods() {
     }
     assert_eq!(akaike_weights(&[None, Some(f64::INFINITY)]), [0.0, 0.0]);
     assert!(akaike_weights(&[]).is_empty());
+}
+
+#[test]
+fn a_candidate_reads_as_what_it_does() {
+    let (from, to) = (Place::Start, Place::Node(NodeId(3)));
+    let texts = [
+        (Candidate::Nothing, "none"),
+        (Candidate::Edge { from, to: Place::End }, "edge(START -> END)"),
+        (Candidate::Node { from, new: NodeId(5), to, segment: 1 }, "node(START -> z5 -> z3) by segment 1"),
+        (Candidate::Modify { node: NodeId(3), segment: 0 }, "modify(z3) by segment 0"),
+    ];
+    for (candidate, text) in texts {
+        assert_eq!(candidate.to_string(), text);
+        assert_eq!(serde_json::to_value(candidate).unwrap(), text);
+    }
+    let made: Vec<Edit> = texts.iter().map(|(candidate, _)| candidate.edit()).collect();
+    assert_eq!(made, [Edit::None, Edit::EdgeAddition, Edit::NodeAddition, Edit::NodeModification]);
+}
+
+#[test]
+fn every_edit_can_be_chosen() {
+    assert_eq!(Itmcd::default().edits(), Edit::ALL);
 }

@@ -269,3 +269,26 @@ fn what_cannot_be_fitted_is_refused_with_its_place() {
     let wrong = HmmParameters { prior_weight: 0.0, ..parameters };
     assert!(matches!(refuse(&[good], 1, &wrong), HmmError::Parameter { parameter: "prior_weight", .. }));
 }
+
+/// A model goes on from where it is only where the parameters allow each of its ways.
+#[test]
+fn a_model_with_ways_that_are_shut_is_refused() {
+    let data = passes(3, 4, 3, 0.01, 0.1);
+    let (skips, steps) = (
+        HmmParameters { skip: true, ..HmmParameters::default() },
+        HmmParameters { skip: false, ..HmmParameters::default() },
+    );
+    let (skipping, stepping) = (fit(&data, 3, &skips).hmm, fit(&data, 3, &steps).hmm);
+    assert_eq!(skipping.refit(&slices(&data), &steps), Err(HmmError::Topology));
+    assert!(stepping.refit(&slices(&data), &steps).is_ok());
+    assert!(stepping.refit(&slices(&data), &skips).is_ok());
+    let mut back = stepping.clone();
+    (back.transition[3], back.transition[4]) = (0.5 * back.transition[4], 0.5 * back.transition[4]);
+    assert_eq!(back.refit(&slices(&data), &skips), Err(HmmError::Topology), "it goes back");
+    let mut late = stepping.clone();
+    (late.initial[0], late.initial[2]) = (0.5, 0.5);
+    assert_eq!(late.refit(&slices(&data), &skips), Err(HmmError::Topology), "it starts at the end");
+    let mut short = stepping;
+    short.end.pop();
+    assert_eq!(short.refit(&slices(&data), &steps), Err(HmmError::Topology), "a state without its end");
+}

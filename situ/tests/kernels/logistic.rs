@@ -221,3 +221,24 @@ fn no_feature_and_one_sample_are_no_exception() {
         assert!(found.converged && (found.probability(&[0.3, -2.0]) - 0.95).abs() < 1e-6, "{found:?}");
     }
 }
+
+/// Each step that is taken is counted: with that many the fit ends, and with one fewer it is not there yet.
+#[test]
+fn steps_are_counted() {
+    let noise = |at: usize| 4.0 * (1e4 * f64::sin(at as f64)).fract();
+    let rows: Vec<Vec<f64>> = (0..40).map(|row| (0..5).map(|at| noise(1 + row * 5 + at)).collect()).collect();
+    let labels: Vec<bool> = rows.iter().enumerate().map(|(at, row)| row[0] + noise(at) > 0.5).collect();
+    for path in [Path::Primal, Path::Dual] {
+        let by = |max_iterations| {
+            let parameters = LogisticParameters { path, max_iterations, ..LogisticParameters::default() };
+            fit(&slices(&rows), &labels, &parameters, None).unwrap()
+        };
+        let whole = by(LogisticParameters::default().max_iterations);
+        assert!(whole.converged && whole.iterations > 1, "{whole:?}");
+        assert_eq!(by(whole.iterations), whole);
+        for fewer in 0..whole.iterations {
+            let short = by(fewer);
+            assert_eq!((short.iterations, short.converged), (fewer, false), "{path:?}");
+        }
+    }
+}

@@ -5,9 +5,11 @@
 //! script that minted it. To mint anew is to claim that the *definition* changed; say so in that commit.
 
 mod alignment;
+mod classifier;
 mod cluster;
 mod divergence;
 mod em;
+mod frechet;
 mod hmm;
 mod hmmlearn;
 mod interpolate;

@@ -2,8 +2,11 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use situ::method::refinement::cost_weights::coactive;
+use situ::method::refinement::Refine;
+use situ::method::refinement::cost_weights::{CostWeights, Rule, coactive};
 use situ::random::{standard_normal, stream};
+
+use super::fixture::{apart, moved, pick, policy, segment};
 
 const FEATURES: usize = 6;
 const PLANS: usize = 20;
@@ -55,4 +58,26 @@ fn the_average_regret_stays_below_its_bound_at_every_step() {
     let least = (0..DRAWS).map(|seed| worst_ratio(seed, wrong)).fold(f64::INFINITY, f64::min);
     println!("coactive, wrong sign: at least {least:.3}");
     assert!(least > 1.0, "{least}");
+}
+
+/// What is shown a second time is planned already, so nothing moves; and what is shown otherwise moves the plan there.
+#[test]
+fn the_plan_goes_where_it_is_shown_and_stays() {
+    let refiner = CostWeights { rule: Rule::Coactive };
+    let originals = [segment(pick()), segment(pick())];
+    let originals: Vec<_> = originals.iter().collect();
+    let mut primitive = refiner.fit(&policy(&originals), &originals, &mut Default::default()).unwrap();
+    let planned = |primitive: &_| -> Vec<_> {
+        refiner.keyframes(primitive).into_iter().map(|refined| refined.mean.pose).collect()
+    };
+    for by in [[0.05, 0.0, 0.04], [0.05, 0.0, 0.04], [-0.03, 0.02, 0.0]] {
+        // The contact alone is moved: it is the only one of its group.
+        let mut shown = pick();
+        shown[2] = moved(&shown[2], by);
+        refiner.correct(&mut primitive, &segment(shown.clone()), &mut Default::default()).unwrap();
+        let found = planned(&primitive);
+        for (found, shown) in found.iter().zip(&shown) {
+            assert!(apart(found, &shown.pose) < 1e-6, "{found} is not {}", shown.pose);
+        }
+    }
 }

@@ -186,3 +186,37 @@ fn the_regression_takes_over_from_the_original_policy() {
     println!("tactile_gmr: {mean:.4} m from the original policy on average, {greatest:.4} m at the most");
     assert!(mean < 0.0005 && greatest < 0.002, "{mean} {greatest}");
 }
+
+#[test]
+fn points_that_make_no_mixture_are_refused() {
+    let prior = CovariancePrior { deviations: [0.1; 2], weight: 1.0 };
+    let points = [[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]];
+    let refused = |points: &[[f64; 2]], weights: &[f64], labels: &[usize]| {
+        assert!(fit(points, weights, labels, 2, &prior).is_err(), "{points:?} {weights:?} {labels:?}");
+    };
+    assert!(fit(&points, &[1.0, 0.0, 2.0], &[0, 1, 1], 2, &prior).is_ok());
+    refused(&points, &[1.0, 1.0], &[0, 1, 1]);
+    refused(&points, &[1.0; 3], &[0, 1]);
+    refused(&points[..2], &[1.0; 3], &[0, 1, 1]);
+    refused(&points, &[1.0, -1.0, 1.0], &[0, 1, 1]);
+    refused(&points, &[0.0; 3], &[0, 1, 1]);
+    refused(&points, &[1.0; 3], &[0, 1, 2]);
+    refused(&[[0.0, f64::INFINITY], [1.0, 1.0], [2.0, 0.0]], &[1.0; 3], &[0, 1, 1]);
+    refused(&points, &[1.0, f64::NAN, 1.0], &[0, 1, 1]);
+}
+
+/// The fit goes on until it gains no more, and not much longer.
+#[test]
+fn the_fit_ends_where_it_gains_no_more() {
+    let truth = mixture(1);
+    let mut rng = ChaCha8Rng::seed_from_u64(stream(1, "end"));
+    let points: Vec<[f64; 3]> = (0..60)
+        .map(|index| std::array::from_fn(|axis| truth.0[index % 3].mean[axis] + 0.3 * standard_normal(&mut rng)))
+        .collect();
+    let labels: Vec<usize> = (0..60).map(|_| rng.random_range(0..3)).collect();
+    let prior = CovariancePrior { deviations: [0.1; 3], weight: 1.0 };
+    let objective = fit(&points, &[1.0; 60], &labels, 3, &prior).unwrap().objective;
+    let gains: Vec<f64> = objective.windows(2).map(|pair| (pair[1] - pair[0]) / pair[1].abs()).collect();
+    let (last, before) = gains.split_last().unwrap();
+    assert!(*last <= 1e-7 && before.len() > 3 && before.iter().all(|gain| *gain > 1e-7), "{gains:?}");
+}

@@ -70,10 +70,9 @@ impl<const N: usize> Dmp<N> {
             let (start, goal) = (x[0], x[STEPS]);
             // The integration below turns these differences back into the same points. The movement rests before and
             // after.
-            let point = |step: usize| if step > STEPS { goal } else { x[step] };
             for step in 0..STEPS {
                 let velocity = if step == 0 { SVector::zeros() } else { (x[step] - x[step - 1]) * pace };
-                let next = (point(step + 1) - x[step]) * pace;
+                let next = (x[step + 1] - x[step]) * pace;
                 let s = phase(step as f64 / pace);
                 let damping = 2.0 * libm::sqrt(STIFFNESS);
                 let force =

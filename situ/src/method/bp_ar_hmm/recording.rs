@@ -112,3 +112,48 @@ pub(super) fn record(demonstration: &Demonstration) -> Vec<Frame> {
     }
     frames
 }
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::demonstration::Kind;
+    use crate::state::{Feature, Schema, State};
+
+    /// One keyframe each: a place on the x axis, metres; a command; and a rest, seconds.
+    pub(crate) fn shown(keyframes: &[(f64, Gripper, f64)]) -> Vec<Frame> {
+        let schema = Schema::new(vec![Feature { name: "x".to_owned(), scale: 1.0 }]).unwrap();
+        let keyframe = |&(x, gripper, hold): &(f64, Gripper, f64)| Keyframe {
+            reference: "cup".into(),
+            reference_pose: Pose::identity(),
+            gripper_pose: Pose::translation(x, 0.0, 0.0),
+            gripper,
+            hold,
+            state: State::new([0.0]),
+            narration: None,
+        };
+        let keyframes = keyframes.iter().map(keyframe).collect();
+        let end = State::new([0.0]);
+        record(&Demonstration::new("shown", Kind::Original, &schema, keyframes, end, true).unwrap())
+    }
+
+    #[test]
+    fn the_hand_moves_evenly_turns_evenly_and_rests() {
+        let (open, shut) = (Gripper::Open(0.08), Gripper::Close(20.0));
+        // 10 cm at 25 cm/s are four frames, half a second of turning five, and a second of rest ten.
+        let frames = shown(&[(0.0, open, 0.0), (0.1, shut, 0.0), (0.1, shut, 1.0)]);
+        let places: Vec<f64> = frames.iter().map(|frame| frame.pose.translation.x).collect();
+        let openings: Vec<f64> = frames.iter().map(|frame| frame.opening).collect();
+        let near = |found: &[f64], expected: &[f64]| {
+            let pairs = found.iter().zip(expected);
+            found.len() == expected.len() && pairs.into_iter().all(|(found, expected)| (found - expected).abs() < 1e-12)
+        };
+        let (way, turn, stay) = ([0.0, 0.025, 0.05, 0.075, 0.1], [0.6, 0.2, -0.2, -0.6, -1.0], 11);
+        assert!(near(&places, &[&way[..], &[0.1; 5], &vec![0.1; stay]].concat()), "{places:?}");
+        assert!(near(&openings, &[&[1.0; 5][..], &turn, &vec![-1.0; stay]].concat()), "{openings:?}");
+        let rests: Vec<(usize, f64)> =
+            frames.iter().map(|frame| frame.rest).enumerate().filter(|(_, rest)| *rest > 0.0).collect();
+        assert_eq!(rests, [(11, 1.0)]);
+        let commands: Vec<bool> = frames.iter().map(|frame| frame.command == shut).collect();
+        assert_eq!(commands, [vec![false; 5], vec![true; 5 + stay]].concat());
+    }
+}

@@ -173,3 +173,32 @@ fn is_same(left: Gripper, right: Gripper) -> bool {
     core::mem::discriminant(&left) == core::mem::discriminant(&right)
         && (left.value() - right.value()).abs() <= SAME_COMMAND * greatest
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::recording::tests::shown;
+    use super::*;
+
+    /// A movement of 1 m with a grip in its middle: waypoints every half second and at the grip, which holds from there
+    /// on; and a rest is the mean over the runs.
+    #[test]
+    fn waypoints_are_even_and_where_the_command_changes() {
+        let (open, shut) = (Gripper::Open(0.08), Gripper::Close(20.0));
+        let run = |hold: f64| shown(&[(0.0, open, 0.0), (0.5, shut, hold), (1.0, shut, 0.0)]);
+        let (short, long) = (run(1.0), run(3.0));
+        let alone = waypoints(&[&short]);
+        let change = alone.iter().position(|waypoint| waypoint.gripper == shut).expect("it closes");
+        // 2 s of way, 1 s of rest, 2 s of way: it closes when two fifths of the time are over.
+        assert!(alone[change].step.abs_diff(2 * STEPS / 5) <= 2, "{alone:?}");
+        assert!(alone[..change].iter().all(|waypoint| waypoint.gripper == open), "{alone:?}");
+        assert!(alone[change..].iter().all(|waypoint| waypoint.gripper == shut), "{alone:?}");
+        assert_eq!(alone.last().map(|waypoint| waypoint.step), Some(STEPS));
+        let apart = alone.windows(2).map(|pair| pair[1].step - pair[0].step);
+        assert!(apart.into_iter().all(|steps| (1..=STEPS / 10).contains(&steps)), "{alone:?}");
+        for (runs, mean) in [(vec![&short], 1.0), (vec![&short, &long], 2.0), (vec![&long, &long, &short], 7.0 / 3.0)] {
+            let runs: Vec<&[Frame]> = runs.into_iter().map(Vec::as_slice).collect();
+            let holds: f64 = waypoints(&runs).iter().map(|waypoint| waypoint.hold).sum();
+            assert!((holds - mean).abs() < 1e-12, "{holds} is not {mean}");
+        }
+    }
+}

@@ -154,3 +154,24 @@ fn most_varied(rows: &[Vec<f64>], count: usize) -> Vec<usize> {
     kept.sort_unstable();
     kept
 }
+
+#[cfg(test)]
+mod tests {
+    use super::most_varied;
+
+    /// It is the variance that counts: not the mean, and not the number of rows.
+    #[test]
+    fn the_columns_that_vary_most_are_kept() {
+        let rows: Vec<Vec<f64>> = (0..8)
+            .map(|row| {
+                let sign = if row % 2 == 0 { 1.0 } else { -1.0 };
+                vec![100.0 + sign, 2.0 * sign, 7.0, 0.5 * sign - 50.0, 2.0 * sign]
+            })
+            .collect();
+        assert_eq!(most_varied(&rows, 1), [1]);
+        assert_eq!(most_varied(&rows, 2), [1, 4]);
+        assert_eq!(most_varied(&rows, 3), [0, 1, 4]);
+        assert_eq!(most_varied(&rows, 9), [0, 1, 3, 4]);
+        assert!(most_varied(&[], 3).is_empty());
+    }
+}

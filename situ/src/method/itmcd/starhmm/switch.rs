@@ -151,3 +151,97 @@ fn climb(weights: &mut Vec<f64>, mut step: Vec<f64>, mut hessian: Vec<f64>, expe
     }
     false
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    const RIDGE: f64 = 1.0;
+    const DRAWS: u64 = 20;
+
+    /// The slopes of `objective` less the ridge at `weights`, by differences.
+    fn slopes(weights: &[f64], objective: impl Fn(&[f64]) -> f64) -> Vec<f64> {
+        const STEP: f64 = 1e-5;
+        let moved = |axis: usize, by: f64| {
+            let mut there = weights.to_vec();
+            there[axis] += by;
+            objective(&there) - 0.5 * RIDGE * there.iter().map(|weight| weight * weight).sum::<f64>()
+        };
+        (0..weights.len()).map(|axis| (moved(axis, STEP) - moved(axis, -STEP)) / (2.0 * STEP)).collect()
+    }
+
+    fn is_top(slopes: &[f64]) -> bool {
+        slopes.iter().all(|slope| slope.abs() < 1e-3)
+    }
+
+    /// From 0, a few M-steps end where the ridge objective is greatest; each has at most two Newton steps.
+    #[test]
+    fn terminations_climb_to_the_top() {
+        for seed in 0..DRAWS {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            let features: Vec<Vec<f64>> = (0..30).map(|_| vec![1.0, rng.random_range(-2.0..2.0)]).collect();
+            let seen: Vec<Exit<'_>> = features
+                .iter()
+                .map(|features| (features.as_slice(), rng.random::<f64>(), rng.random::<f64>()))
+                .collect();
+            let mut weights = vec![0.0; 2];
+            for _ in 0..10 {
+                assert!((1..=NEWTON_STEPS).contains(&improve_exit(&mut weights, &seen, RIDGE)));
+            }
+            let objective = |weights: &[f64]| -> f64 {
+                let probability =
+                    |features: &[f64]| 1.0 / (1.0 + f64::exp(-weights[0] * features[0] - weights[1] * features[1]));
+                seen.iter()
+                    .map(|(x, ends, stays)| ends * probability(x).ln() + stays * (1.0 - probability(x)).ln())
+                    .sum()
+            };
+            let slopes = slopes(&weights, objective);
+            assert!(is_top(&slopes), "{seed}: {slopes:?} at {weights:?}");
+        }
+    }
+
+    #[test]
+    fn entries_climb_to_the_top() {
+        const PLANTED: [f64; 4] = [1.5, 0.0, 0.0, -1.5];
+        for seed in 0..DRAWS {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            let features: Vec<Vec<f64>> = (0..40).map(|_| vec![1.0, rng.random_range(-2.0..2.0)]).collect();
+            let choices: Vec<Choice<'_>> = features
+                .iter()
+                .enumerate()
+                .map(|(index, features)| {
+                    let entries = if index % 2 == 0 { vec![0, 1, 3] } else { vec![3, 1] };
+                    let drawn = |entry: &usize| rng.random::<f64>() * f64::exp(PLANTED[*entry] * features[1]);
+                    let weights = entries.iter().map(drawn).collect();
+                    Choice { entries, features, weights }
+                })
+                .collect();
+            let mut entries = vec![vec![0.0; 2], vec![0.0; 2], vec![5.0, -5.0], vec![0.0; 2]];
+            for _ in 0..10 {
+                assert!((1..=NEWTON_STEPS).contains(&improve_entries(&mut entries, &choices, RIDGE)));
+            }
+            assert_eq!(entries[2], [5.0, -5.0], "no choice is about it");
+            let objective = |weights: &[f64]| -> f64 {
+                let of = |choice: &Choice<'_>| -> f64 {
+                    let score = |entry: &usize| {
+                        f64::exp(weights[2 * entry] * choice.features[0] + weights[2 * entry + 1] * choice.features[1])
+                    };
+                    let all: f64 = choice.entries.iter().map(score).sum();
+                    choice
+                        .entries
+                        .iter()
+                        .zip(&choice.weights)
+                        .map(|(entry, weight)| weight * (score(entry) / all).ln())
+                        .sum()
+                };
+                choices.iter().map(of).sum()
+            };
+            let mut slopes = slopes(&entries.concat(), objective);
+            slopes.drain(4..6);
+            assert!(is_top(&slopes), "{seed}: {slopes:?} at {entries:?}");
+        }
+    }
+}
