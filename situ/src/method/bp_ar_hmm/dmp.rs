@@ -59,8 +59,8 @@ pub(super) fn at_even_times<const N: usize>(points: &[SVector<f64, N>], count: u
 }
 
 impl<const N: usize> Dmp<N> {
-    /// Fits the primitive to these trajectories. The points of each are at even times, and each is stretched to the same
-    /// τ. f is what the equation lacks, and w is its weighted least squares, kernel by kernel.
+    /// Fits the primitive to these trajectories. The points of each are at even times, and each is stretched to the
+    /// same τ. f is what the equation lacks, and w is its weighted least squares, kernel by kernel.
     pub fn fit(trajectories: &[Vec<SVector<f64, N>>]) -> Self {
         let mut tops = vec![SVector::<f64, N>::zeros(); KERNELS];
         let mut bottoms = [0.0; KERNELS];
