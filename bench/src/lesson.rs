@@ -49,7 +49,7 @@ impl Lesson {
         stop.map(|stop| Before::of(&stop, &shown)).map_err(|nameless| BenchError::nameless(name, nameless))
     }
 
-    /// The score of the structure that the lesson led to; `None` where the teacher was silent.
+    /// The score of the structure that the lesson led to; `None` where a keyframe has no narration.
     pub fn score(&self, model: &Graph) -> Option<Structure> {
         self.truth.score(model)
     }

@@ -1,13 +1,22 @@
 //! What the paper leaves open about the *structure* of an update, each decision a switch.
 //!
-//! The kernels' own decisions (D2b, D2c, D5 to D8, D12 to D16) are parameters of [`crate::keyframe`].
+//! | decision | where |
+//! |---|---|
+//! | D0, D0b, D0c, D0d: start states, frames, segments, schema | [`crate::demonstration`], [`crate::segmentation`], [`crate::state`] |
+//! | D1, D2, D3, D10, D18: switches of an update | here; what they do is in [`crate::mending`] |
+//! | D4: a segment is clustered with the candidates; other groups of them merge | [`crate::update::Update::cluster`] |
+//! | D9: merged nodes have new names | [`crate::update::Renamed`] |
+//! | D11: START, END, and no confident child | [`crate::place::Place`], [`crate::update::Update::end`] |
+//! | D17: what an update did | [`crate::trace`] |
+//! | D2b, D2c, D5 to D8, D10b, D12 to D16: the kernels | [`crate::keyframe`] |
 
 use serde::{Deserialize, Serialize};
 
 /// Decision D2: negatives that no sibling gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Background {
-    /// Whether the start states of predecessors and successors are negatives.
+    /// Whether the start states of neighbours are negatives: of the predecessor in an update, of predecessors and
+    /// successors in a full retraining.
     pub neighbours: bool,
     /// How many start states of other primitives, spread evenly over the model, are negatives.
     pub others: usize,
@@ -19,7 +28,7 @@ pub enum Candidates {
     /// The applicable primitives `Z`, of whatever reference object, as printed.
     Applicable,
     /// The primitives of `Z` with the segment's reference object; where none of them matches, this many others of that
-    /// object, the nearest by start state.
+    /// object, the most probable in the start state.
     ReferenceFallback(usize),
     /// Every primitive of the model: what indexing saves, made visible (`situ:all_nodes`).
     All,
@@ -41,7 +50,8 @@ pub struct Modify {
     pub min_displacement: f64,
 }
 
-/// The decisions; [`Decisions::mended`] is `situ`, [`Decisions::literal`] the listing as printed.
+/// The decisions. [`Decisions::mended`] is `situ`. [`Decisions::literal`] is the listing as printed, as far as the
+/// keyframe instantiation can do it: with D0, D4, D9, START and END. It takes over the same original model.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Decisions {
     /// D1: take a primitive's own positives out of its negatives (A2.17 as printed leaves them in).

@@ -12,8 +12,8 @@ use crate::update::Update;
 
 /// SITU: folds a correction into a task model, all of it or nothing.
 ///
-/// The cost depends on the applicable primitives and their neighbours, not on the size of the model. Only the scan of
-/// A1.6 grows with the model.
+/// The cost depends on the applicable primitives and their neighbours, and with decision D10 on the primitives of one
+/// object. Only the scan of A1.6 grows with the rest of the model.
 ///
 /// # Errors
 /// Where the last primitive is END or not in the model, the interrupted one is not in the model, or the learner refuses

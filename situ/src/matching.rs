@@ -7,7 +7,7 @@ use crate::trace::MatchedIn;
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Clusters {
     /// A node of the segment's own cluster: the segment is an instance of it. `None` where the segment is alone.
-    pub own: Option<NodeId>,
+    pub instance_of: Option<NodeId>,
     /// Groups of two or more nodes that belong together. The segment's own cluster can be among them.
     pub groups: Vec<Vec<NodeId>>,
     /// Where the segment's own cluster was found.

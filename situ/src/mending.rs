@@ -1,4 +1,5 @@
-//! The mendings: what the listing leaves open or gets wrong about the structure of an update, one hook a listing line.
+//! The mendings: what the listing leaves open or gets wrong about the structure of an update. Each hook belongs to one
+//! line of the listing; D3 serves three.
 //!
 //! Each hook is a decision ([`crate::decisions`]). Where the decision is switched off, its hook does nothing, and what
 //! is left is the listing as printed.
@@ -6,7 +7,7 @@
 //! | line | decision | hook |
 //! |---|---|---|
 //! | A2.2 | D10: what is compared with a segment | [`Update::candidates`], [`Update::ask_further`] |
-//! | A2.4 | D18: a segment that shows another way of doing a primitive | [`Update::mend_match`] |
+//! | A2.4, A2.18 | D18: a segment that shows another way of doing a primitive | [`Update::mend_match`], [`Update::update_policy`] |
 //! | A2.7 | D2: background negatives | [`Update::add_background`] |
 //! | A2.17 | D1: a primitive's own positives; D2 | [`Update::mend_negatives`] |
 //! | A2.12, A2.20, END | D3: the siblings learn where they do not begin | [`Update::tell_siblings`] |
@@ -48,7 +49,7 @@ impl<L: Learner> Update<'_, L> {
         found: Clusters,
     ) -> Result<Clusters, SituError> {
         let Candidates::ReferenceFallback(limit) = self.decisions.candidates else { return Ok(found) };
-        if found.own.is_some() {
+        if found.instance_of.is_some() {
             return Ok(found);
         }
         let shown = self.model.segment(segment).clone();
@@ -61,17 +62,20 @@ impl<L: Learner> Update<'_, L> {
         let others: Vec<NodeId> = others.into_iter().take(limit).map(|(_, id)| id).collect();
         let fallback = self.cluster(segment, &others)?;
         // Outside of Z only the segment's own cluster counts: this update does not look for redundancy elsewhere.
-        let own = fallback.groups.into_iter().filter(|group| fallback.own.is_some_and(|node| group.contains(&node)));
+        let holds = |group: &Vec<NodeId>| fallback.instance_of.is_some_and(|node| group.contains(&node));
+        let matched = fallback.groups.into_iter().filter(holds);
         Ok(Clusters {
-            own: fallback.own,
-            groups: found.groups.into_iter().chain(own).collect(),
-            matched_in: if fallback.own.is_some() { MatchedIn::Reference } else { MatchedIn::None },
+            instance_of: fallback.instance_of,
+            groups: found.groups.into_iter().chain(matched).collect(),
+            matched_in: if fallback.instance_of.is_some() { MatchedIn::Reference } else { MatchedIn::None },
             compared: found.compared + fallback.compared,
         })
     }
 
-    /// A2.4, D18: a match, or the first suspect that an unmatched segment is near. Its policy is replaced where the
-    /// segment is displaced from it. Where it is not, noise sets the two apart, and the segment is one more instance.
+    /// A2.4, D18: the primitive that a segment shows, and whether the segment replaces its policy. For a matched
+    /// segment it is the match. For an unmatched one it is the first suspect whose policy is near. The segment replaces
+    /// the policy where it is displaced from it; otherwise the two differ by noise alone, and the segment is one more
+    /// instance.
     ///
     /// # Errors
     /// Where the learner refuses the segment.
@@ -79,15 +83,15 @@ impl<L: Learner> Update<'_, L> {
         &mut self,
         a: Place,
         segment: SegmentId,
-        own: Option<NodeId>,
+        instance_of: Option<NodeId>,
     ) -> Result<Option<Match>, SituError> {
         let interrupted = self.interrupted.take();
         let Some(rule) = &self.decisions.modify else {
-            return Ok(own.map(|node| Match { node, replaces: false }));
+            return Ok(instance_of.map(|node| Match { node, replaces: false }));
         };
         self.with_own_policy(segment, |update, policy| {
             let Self { model, learner, counters, .. } = update;
-            let node = match own {
+            let node = match instance_of {
                 Some(node) => Some(node),
                 None => {
                     let suspects = suspects(model, a, interrupted, model.segment(segment), rule)?;
@@ -112,8 +116,8 @@ impl<L: Learner> Update<'_, L> {
             negatives.extend(self.model.starts([a].into_iter()));
         }
         if self.decisions.subtract_own_positives {
-            let own = self.model.starts([Place::Node(z)].into_iter());
-            negatives.retain(|sample| !own.contains(sample));
+            let positives = self.model.starts([Place::Node(z)].into_iter());
+            negatives.retain(|sample| !positives.contains(sample));
         }
     }
 
@@ -130,7 +134,7 @@ impl<L: Learner> Update<'_, L> {
         let negatives = BTreeSet::from([state]);
         let told: BTreeSet<Place> =
             siblings.into_iter().filter(|sibling| self.model.add_negatives(*sibling, &negatives)).collect();
-        // What END tells is counted with no node, for it belongs to no step.
+        // The counter is one of steps, and END belongs to no step.
         if place != Place::End {
             self.counters.nodes_touched += told.len() as u64;
         }
@@ -138,8 +142,8 @@ impl<L: Learner> Update<'_, L> {
     }
 }
 
-/// D18: the primitives on the segment's object that it can be showing another way of, the likeliest first: the one that
-/// was interrupted, the most probable child of `a` if it is probable enough, and `a` itself.
+/// D18: the primitives that the segment can show another way of doing, in this order: the one that was interrupted, the
+/// most probable child of `a` if it is probable enough, and `a` itself. Only primitives on the segment's object count.
 ///
 /// # Errors
 /// [`SituError::UnknownNode`].

@@ -1,7 +1,7 @@
 //! What decides where a segment belongs: lines A1.6, A2.2 and A2.4 of the listing.
 //!
-//! SITU indexes the model by its classifiers and compares policies ([`ByPolicy`]). Other methods are told, or plan
-//! ahead; what follows from their answers is Algorithm 2 all the same.
+//! SITU indexes the model by its classifiers and compares policies ([`ByPolicy`]). Another method may be told where
+//! a segment belongs, or plan it. What follows from the answers is Algorithm 2 all the same.
 
 use crate::error::SituError;
 use crate::matching::{Clusters, Match};
@@ -11,10 +11,11 @@ use crate::update::Update;
 
 /// Decides where a segment belongs.
 pub trait Placement<L: Learner> {
-    /// A1.6: `Z`, the primitives that are applicable in the state of a sample. Empty for those who do not index.
+    /// A1.6: `Z`, the primitives that are applicable in the state of a sample. Empty where a method does not index its
+    /// model.
     fn applicable(&mut self, update: &mut Update<'_, L>, state: SampleId) -> Vec<NodeId>;
 
-    /// A2.2: Cluster. No clusters for those who do not search.
+    /// A2.2: Cluster. No clusters where a method does not compare policies.
     ///
     /// # Errors
     /// Where the learner refuses the segment, or `applicable` names a node that is not in the model.
@@ -28,8 +29,8 @@ pub trait Placement<L: Learner> {
         Ok(Clusters::default())
     }
 
-    /// A2.4: Find-Policy, for a segment that was shown after `a`. `own` is the node of the segment's own cluster as it
-    /// is called after Local-Reconnect. `None` is the listing's `∅`.
+    /// A2.4: Find-Policy, for a segment that was shown after `a`. `instance_of` is a node of the segment's own
+    /// cluster, as it is called after Local-Reconnect. `None` is the listing's `∅`.
     ///
     /// # Errors
     /// Where the learner refuses the segment.
@@ -38,7 +39,7 @@ pub trait Placement<L: Learner> {
         update: &mut Update<'_, L>,
         a: Place,
         segment: SegmentId,
-        own: Option<NodeId>,
+        instance_of: Option<NodeId>,
     ) -> Result<Option<Match>, SituError>;
 }
 
@@ -70,8 +71,8 @@ impl<L: Learner> Placement<L> for ByPolicy {
         update: &mut Update<'_, L>,
         a: Place,
         segment: SegmentId,
-        own: Option<NodeId>,
+        instance_of: Option<NodeId>,
     ) -> Result<Option<Match>, SituError> {
-        update.mend_match(a, segment, own)
+        update.mend_match(a, segment, instance_of)
     }
 }

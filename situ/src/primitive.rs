@@ -63,8 +63,7 @@ pub trait Learner {
     /// Where no policy can be fitted to these segments.
     fn fit_policy(&self, segments: &[&Segment], counters: &mut Counters) -> Result<Self::Policy, SituError>;
 
-    /// Fit-Classifier (A2.9) and Update-Classifier (A2.19). `background` are the negatives of decision D2. A classifier
-    /// that was there before can start the fit; it must not change where it ends by more than its tolerance.
+    /// Fit-Classifier (A2.9) and Update-Classifier (A2.19). Fits to all samples anew.
     ///
     /// # Errors
     /// Where there is no positive sample.
@@ -87,7 +86,7 @@ pub trait Learner {
     ) -> Clustering;
 
     /// The distance between two policies, in the unit of the calibration's cut; infinite where they cannot be compared.
-    /// Where a calibration is given, only the side of its cut need be right.
+    /// Where a calibration is given, the value may be rough as long as it is on the right side of the cut.
     fn distance(
         &self,
         left: &Self::Policy,
@@ -96,7 +95,7 @@ pub trait Learner {
         counters: &mut Counters,
     ) -> f64;
 
-    /// Calibrates the cut on the segments of the original demonstrations, one slice a demonstration.
+    /// Calibrates the cut on the segments of the original demonstrations, one slice for each demonstration.
     ///
     /// # Errors
     /// Where a segment's own model cannot be fitted.
@@ -118,7 +117,8 @@ pub trait Learner {
     /// The path of the policy's mean execution, relative to its reference object: always the same number of poses.
     fn path(&self, policy: &Self::Policy) -> Vec<Pose>;
 
-    /// How far the mean execution of one policy is from another's: metres, whatever the noise of either (decision D18).
+    /// How far the mean execution of one policy is from another's, metres, whatever the noise of either (decision D18).
+    /// The default compares the paths.
     fn displacement(&self, left: &Self::Policy, right: &Self::Policy) -> f64 {
         frechet(&self.path(left), &self.path(right))
     }

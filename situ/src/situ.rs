@@ -1,8 +1,14 @@
 //! Algorithm 1 (SITU) and Algorithm 2 (Local-Update), line by line. `A1.6` is line 6 of the listing of Algorithm 1.
 //!
-//! A line that begins with `D` is a decision which the paper leaves open. Each is a hook in [`crate::mending`] that
-//! does nothing where its decision is switched off, but for D9 (the new names of merged nodes) and D17 (the trace).
-//! What the lines call is in [`crate::update`].
+//! `D10` is a decision that the paper leaves open ([`crate::decisions`]). D1, D2, D3, D10 and D18 are hooks in
+//! [`crate::mending`]. A hook does nothing where its decision is switched off; then these two procedures are the
+//! listing as the keyframe instantiation needs it. That instantiation has three rules of its own. Cluster and
+//! Find-Policy are one step (D4): Cluster puts the segment's own policy among the policies of `Z`, so it finds the
+//! segment's cluster, too, and Find-Policy only has to look up what that cluster is called now. Merged nodes have new
+//! names (D9). START and END are places, so END can be a child; `S` of a place are the states in which it begins, its
+//! positive samples (D11).
+//!
+//! What the lines call is in [`crate::update`], under the listing's names.
 
 use std::collections::BTreeSet;
 
@@ -42,6 +48,8 @@ impl<L: Learner> Update<'_, L> {
     }
 
     /// Algorithm 2: one segment `d`, which begins in the state `s` after the primitive `a`; `applicable` is `Z`.
+    ///
+    /// Later lines of the same correction can fit the classifier of `z` again: by D3, by a merge, and at END.
     fn local_update<P: Placement<L>>(
         &mut self,
         a: Place,
@@ -50,11 +58,11 @@ impl<L: Learner> Update<'_, L> {
         applicable: &[NodeId],
         placement: &mut P,
     ) -> Result<NodeId, SituError> {
-        let clusters = placement.cluster(self, d, applicable)?; // A2.2: Z_new ← Cluster(Z)
+        let clusters = placement.cluster(self, d, applicable)?; // A2.2: Z_new ← Cluster(Z), with d (D4, D10)
         let renamed = self.local_reconnect(&clusters)?; // A2.3: T ← Local-Reconnect(T, Z, Z_new)
         let a = renamed.place(a); // D9
-        let own = clusters.own.map(|own| renamed.node(own)); // D9
-        let i = placement.find_policy(self, a, d, own)?; // A2.4: i ← Find-Policy(d, Π(Z_new))
+        let instance_of = clusters.instance_of.map(|node| renamed.node(node)); // D9
+        let i = placement.find_policy(self, a, d, instance_of)?; // A2.4: i ← Find-Policy(d, Π(Z_new)) (D18)
         // A2.5: if i = ∅
         let Some(i) = i else {
             let positives = BTreeSet::from([s]); // A2.6: p ← s
@@ -70,14 +78,14 @@ impl<L: Learner> Update<'_, L> {
             return Ok(z); // A2.13: return T, z
         };
         // A2.14: else
-        let z = i.node; // A2.15: z ← Z_new[i]
+        let z = i.node; // A2.15: z ← Z_new[i] (D10, D18: or a node outside of Z)
         let p = s; // A2.16: p ← s
         // A2.17: n ← S(children(a) ∪ ⋃ children(r))
         let parents: BTreeSet<Place> = self.model.parents(Place::Node(z)).collect();
         let mut n = self.starts_of_children(parents.into_iter().chain([a]));
         self.mend_negatives(a, z, &mut n); // D1, D2
-        self.update_policy(d, &i)?; // A2.18: Update-Policy(z, d); D18: or replaced by d
-        self.update_classifier(z, p, &n)?; // A2.19: Update-Classifier(z, p, n)
+        self.update_policy(d, &i)?; // A2.18: Update-Policy(z, d) (D18: or replaced by that of d)
+        self.update_classifier(z, p, &n)?; // A2.19: Update-Classifier(z, p, n): p and n join the samples of z
         self.add_edge(a, z); // A2.20: Add-Edge(T, (a, z))
         self.tell_siblings(a, Place::Node(z), s)?; // D3
         Ok(z) // A2.21: return T, z

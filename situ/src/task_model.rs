@@ -42,7 +42,7 @@ pub struct TaskModel<L: Learner> {
     end: End<L>,
     edges: Edges,
     histories: Vec<History>,
-    /// Demonstrations that began where a segment's node had run.
+    /// The demonstrations whose origin is a segment.
     #[serde(skip)]
     followers: BTreeMap<SegmentId, Vec<u32>>,
     #[serde(skip)]
@@ -267,7 +267,7 @@ impl<L: Learner> TaskModel<L> {
         Ok(History::new(correction.demonstration, segments, origin))
     }
 
-    /// Add-Node (A2.11) for segments that are placed in order, one after another.
+    /// Add-Node (A2.11) for a set of segments.
     pub fn add_node(
         &mut self,
         segments: BTreeSet<SegmentId>,

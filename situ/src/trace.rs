@@ -66,11 +66,11 @@ impl AddAssign for Counters {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MatchedIn {
-    /// Among the applicable primitives `Z`.
+    /// Among the candidates: the applicable primitives `Z`, unless decision D10 has others.
     Index,
     /// Among the other nodes of the segment's reference object.
     Reference,
-    /// Nowhere: the segment is unmodelled.
+    /// In no cluster. The segment is new, or decision D18 takes it for another way of doing a known primitive.
     #[default]
     None,
 }

@@ -102,9 +102,9 @@ impl<'a, L: Learner> Update<'a, L> {
         if found.matched.len() > 1 {
             groups.push(ids(&found.matched));
         }
-        let own = found.matched.first().map(|index| candidates[*index]);
-        let matched_in = if own.is_some() { MatchedIn::Index } else { MatchedIn::None };
-        Ok(Clusters { own, groups, matched_in, compared: candidates.len() })
+        let instance_of = found.matched.first().map(|index| candidates[*index]);
+        let matched_in = if instance_of.is_some() { MatchedIn::Index } else { MatchedIn::None };
+        Ok(Clusters { instance_of, groups, matched_in, compared: candidates.len() })
     }
 
     /// Local-Reconnect (A2.3).

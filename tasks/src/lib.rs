@@ -24,7 +24,8 @@
 //! container. `[[magnet]]` holds a lid. `observe` lists the observed features. `[guard]` says at which forces a motion
 //! ends. `premise` and `goal` are conditions ([`Predicate`]; [`Condition`] lists the words). `[[skill]]` is one skill
 //! of the teacher's program. `[[event]]` happens once (`push` with `by`, or `drop`). `[[intervention]]` is a moment at
-//! which a watching teacher stops the robot. `[[variation]]` may hold all of these except `observe`. An object or a
+//! which a watching teacher stops the robot. `[[variation]]` may hold all of these except `observe` and
+//! `[guard]`. An object or a
 //! skill of a known name replaces that one, and so does a `[[joint]]` of an object that slides already. New objects
 //! come last, new skills first. The other lists are appended. `[[sequence]]` names variations that a robot meets one
 //! after another.
