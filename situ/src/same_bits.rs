@@ -52,7 +52,7 @@ fn no_result_depends_on_the_vectors() {
         let labels: Vec<bool> = rows.iter().map(|row| row[0] + draw(1.0) > 0.5).collect();
         for path in [Path::Primal, Path::Dual] {
             let parameters = LogisticParameters { path, ..LogisticParameters::default() };
-            assert!(either_way(|| logistic::fit(&rows, &labels, &parameters, None).unwrap()).converged);
+            assert!(either_way(|| logistic::fit(&rows, &labels, &parameters).unwrap()).converged);
         }
         let mut screen = Screen::default();
         let scales = vec![0.3; 1 + case];

@@ -195,7 +195,7 @@ impl Regression {
         assert!(right.count() as f64 >= LEARNED * samples as f64, "the labels are learned");
         let path = if path == Path::Dual { Path::Primal } else { Path::Dual };
         let other = LogisticParameters { path, ..parameters };
-        let other = logistic::fit(&rows, &regression.labels, &other, None).expect("the rows are sound");
+        let other = logistic::fit(&rows, &regression.labels, &other).expect("the rows are sound");
         let apart = fit.weights.iter().zip(&other.weights).map(|(left, right)| (left - right).abs());
         assert!(apart.fold(0.0, f64::max) <= SAME_MINIMUM, "both paths find one minimum");
         regression
@@ -207,7 +207,7 @@ impl Regression {
 
     /// Fits.
     pub(crate) fn run(&self) -> LogisticFit {
-        logistic::fit(&self.rows(), &self.labels, &self.parameters, None).expect("the rows are sound")
+        logistic::fit(&self.rows(), &self.labels, &self.parameters).expect("the rows are sound")
     }
 }
 

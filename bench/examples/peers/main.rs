@@ -16,7 +16,7 @@ use nalgebra::Matrix6;
 use serde::{Deserialize, Serialize};
 use situ::demonstration::Pose;
 use situ::keyframe::hmm::{Emission, Hmm, HmmParameters, Observation};
-use situ::keyframe::logistic::{self, LogisticParameters, Targets};
+use situ::keyframe::logistic::{self, LogisticParameters};
 use situ::keyframe::pose::{Tangent, exp, log};
 use situ::place::NodeId;
 use situ::primitive::Ball;
@@ -120,10 +120,10 @@ fn answer(question: Question, seconds: f64) -> Outcome<(Values, Vec<f64>)> {
             let rows: Vec<&[f64]> = rows.iter().map(Vec::as_slice).collect();
             // Targets must be inside (0, 1). These differ from its ends by the last bit, so the objective is that of
             // hard labels.
-            let targets = Targets::Fixed { positive: 1.0 - 0.5 * f64::EPSILON, negative: f64::MIN_POSITIVE };
-            let parameters =
-                LogisticParameters { ridge, balanced: false, targets, tolerance, ..LogisticParameters::default() };
-            let (fit, nanoseconds) = measured(seconds, || logistic::fit(&rows, &labels, &parameters, None))?;
+            let (positive, negative) = (1.0 - 0.5 * f64::EPSILON, f64::MIN_POSITIVE);
+            let default = LogisticParameters::default();
+            let parameters = LogisticParameters { ridge, balanced: false, positive, negative, tolerance, ..default };
+            let (fit, nanoseconds) = measured(seconds, || logistic::fit(&rows, &labels, &parameters))?;
             Ok((Values::from([("weights", fit.weights), ("intercept", vec![fit.intercept])]), nanoseconds))
         }
         Question::Screen { centres, greatest, row } => screened(&centres, greatest, row, seconds),

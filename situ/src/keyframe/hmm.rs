@@ -8,16 +8,13 @@
 //! The emission is generic ([`EmissionDensity`]). That of a policy is [`Emission`]: a Gaussian over poses, and a
 //! gripper command.
 
-mod covariance;
 mod density;
 mod emission;
 mod fit;
 mod frames;
-mod gaussian;
 mod gripper;
 mod inference;
 mod model;
-mod occupancy;
 mod parameters;
 mod residuals;
 mod transition;

@@ -12,7 +12,7 @@ use super::divergence::{cross_likelihood, monte_carlo, monte_carlo_against, tran
 use super::hmm::{Hmm, HmmFit, HmmParameters, Observation};
 use super::interpolate::resample;
 use super::logistic;
-use super::parameters::{Activation, Compared, Cut, Divergence, KeyframeParameters, Standardisation, States};
+use super::parameters::{Activation, Compared, Cut, Divergence, KeyframeParameters, Standardisation};
 use super::policy::KeyframePolicy;
 use crate::demonstration::Pose;
 use crate::error::SituError;
@@ -67,39 +67,6 @@ impl KeyframeLearner {
         counters.hmm_fits += 1;
         counters.em_iterations += fit.iterations as u64;
         Ok(fit)
-    }
-
-    /// Fits the policy's model, with the number of hidden states of decision D14.
-    fn fit_keyframes(
-        &self,
-        reference: &str,
-        sequences: &[Vec<Observation>],
-        counters: &mut Counters,
-    ) -> Result<Hmm, SituError> {
-        let mut lengths: Vec<usize> = sequences.iter().map(Vec::len).collect();
-        lengths.sort_unstable();
-        let kernel = &self.parameters.policy;
-        match self.parameters.states {
-            States::Median => {
-                let median = lengths[(lengths.len() - 1) / 2];
-                Ok(Self::fit(reference, sequences, median, kernel, counters)?.hmm)
-            }
-            States::Bic => {
-                let frames: usize = lengths.iter().sum();
-                let mut best: Option<(f64, Hmm)> = None;
-                for states in lengths[0]..=lengths[lengths.len() - 1] {
-                    let hmm = Self::fit(reference, sequences, states, kernel, counters)?.hmm;
-                    let likelihood: f64 = sequences.iter().map(|sequence| hmm.log_likelihood(sequence)).sum();
-                    // A state has a mean (6), a symmetric covariance (21), one probability of going on and one of
-                    // ending.
-                    let criterion = 29.0 * states as f64 * libm::log(frames as f64) - 2.0 * likelihood;
-                    if best.as_ref().is_none_or(|(lowest, _)| criterion < *lowest) {
-                        best = Some((criterion, hmm));
-                    }
-                }
-                Ok(best.expect("the range of lengths is not empty").1)
-            }
-        }
     }
 
     fn trajectories(&self, segments: &[&Segment]) -> Vec<Vec<Observation>> {
@@ -224,7 +191,11 @@ impl Learner for KeyframeLearner {
             keyframes.map(|keyframe| Observation { pose: keyframe.pose, gripper: Some(keyframe.gripper) }).collect()
         };
         let sequences: Vec<Vec<Observation>> = segments.iter().map(observe).collect();
-        let hmm = self.fit_keyframes(&reference, &sequences, counters)?;
+        // Decision D14: as many hidden states as the median number of keyframes.
+        let mut lengths: Vec<usize> = sequences.iter().map(Vec::len).collect();
+        lengths.sort_unstable();
+        let median = lengths[(lengths.len() - 1) / 2];
+        let hmm = Self::fit(&reference, &sequences, median, &self.parameters.policy, counters)?.hmm;
         let mut holds = vec![(0.0, 0.0); hmm.emissions.len()];
         for (segment, sequence) in segments.iter().zip(&sequences) {
             for (keyframe, state) in segment.keyframes.iter().zip(hmm.viterbi(sequence).0) {
@@ -275,7 +246,7 @@ impl Learner for KeyframeLearner {
             points.iter().map(|point| lifted(lift, &standardised(point, &units), &origin)).collect();
         let rows: Vec<&[f64]> = rows.iter().map(Vec::as_slice).collect();
         let labels: Vec<bool> = (0..rows.len()).map(|index| index < positives.len()).collect();
-        let fit = logistic::fit(&rows, &labels, &self.parameters.logistic, None)
+        let fit = logistic::fit(&rows, &labels, &self.parameters.logistic)
             .map_err(|error| SituError::Classifier(error.to_string()))?;
         Ok(KeyframeClassifier { lift, fit, centre, units, radius, scales: self.scales.clone() })
     }
@@ -317,12 +288,7 @@ impl Learner for KeyframeLearner {
     }
 
     fn calibrate(&self, originals: &[&[Arc<Segment>]], counters: &mut Counters) -> Result<Calibration, SituError> {
-        let (factor, prior, prior_copies, least, greatest, single) = match self.parameters.cut {
-            Cut::Fixed(cut) => return Ok(Calibration { cut }),
-            Cut::Calibrated { factor, prior, prior_copies, least, greatest, single } => {
-                (factor, prior, prior_copies, least, greatest, single)
-            }
-        };
+        let Cut { factor, prior, prior_copies, least, greatest, single } = self.parameters.cut;
         if originals.len() < 2 {
             return Ok(Calibration { cut: single });
         }

@@ -9,13 +9,12 @@
 mod blocks;
 mod dual;
 mod factor;
-mod fitted;
 mod parameters;
 mod primal;
 mod problem;
 
-pub use fitted::LogisticFit;
-pub use parameters::{LogisticError, LogisticParameters, Path, Targets};
+pub use parameters::{LogisticError, LogisticParameters, Path};
+pub use problem::LogisticFit;
 
 use blocks::Blocks;
 use primal::Point;
@@ -23,17 +22,12 @@ use problem::Problem;
 
 /// Fits a ridge logistic regression.
 ///
-/// `rows`: n rows of d features, already lifted and scaled. `labels`: n. `warm` is an earlier fit to start from; the
-/// minimum is the same up to the tolerance. Sums are in the order of the rows, so the same input gives the same bits.
+/// `rows`: n rows of d features, already lifted and scaled. `labels`: n. Sums are in the order of the rows, so the same
+/// input gives the same bits.
 ///
 /// # Errors
 /// If there is no row, lengths differ, a number is not finite or a parameter is out of its range.
-pub fn fit(
-    rows: &[&[f64]],
-    labels: &[bool],
-    parameters: &LogisticParameters,
-    warm: Option<&LogisticFit>,
-) -> Result<LogisticFit, LogisticError> {
+pub fn fit(rows: &[&[f64]], labels: &[bool], parameters: &LogisticParameters) -> Result<LogisticFit, LogisticError> {
     parameters.check()?;
     let dimension = rows.first().ok_or(LogisticError::NoSample)?.len();
     let same = |what, found, expected| {
@@ -47,14 +41,7 @@ pub fn fit(
             return Err(LogisticError::NotFinite { sample, feature });
         }
     }
-    let mut start = LogisticFit { weights: vec![0.0; dimension], intercept: 0.0, iterations: 0, converged: false };
-    if let Some(warm) = warm {
-        same("the start's weights", warm.weights.len(), dimension)?;
-        if warm.weights.iter().chain([&warm.intercept]).all(|value| value.is_finite()) {
-            start.weights.copy_from_slice(&warm.weights);
-            start.intercept = warm.intercept;
-        }
-    }
+    let start = LogisticFit { weights: vec![0.0; dimension], intercept: 0.0, iterations: 0, converged: false };
     let (targets, shares) = parameters.targets_and_shares(labels);
     let problem = Problem { rows, dimension, targets: &targets, shares: &shares, ridge: parameters.ridge };
     let dual = match parameters.path {

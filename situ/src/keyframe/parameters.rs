@@ -2,14 +2,14 @@
 
 use core::f64::consts::PI;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::hmm::HmmParameters;
 use super::logistic::LogisticParameters;
 use super::pose::METRES_PER_RADIAN;
 
 /// Decision D5: what a policy is compared by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Compared {
     /// The two signatures: both are models over interpolated keyframes.
     Signatures,
@@ -18,7 +18,7 @@ pub enum Compared {
 }
 
 /// Decision D7: the estimator of the divergence.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Divergence {
     /// The likelihood of each other's training trajectories. Deterministic: nothing is sampled.
     CrossLikelihood,
@@ -28,32 +28,28 @@ pub enum Divergence {
     TransientBound,
 }
 
-/// Decision D8: the height at which the dendrogram is cut.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Cut {
-    /// Calibrated when the originals are taught. It is `factor` × the 95th percentile of the distances between segments
-    /// of the same role, pooled with `prior_copies` of `prior`, and then clamped. With a single original it is
-    /// `single`.
-    Calibrated {
-        /// The factor of the percentile.
-        factor: f64,
-        /// The prior distance that is pooled.
-        prior: f64,
-        /// How many copies of the prior are pooled.
-        prior_copies: usize,
-        /// The least cut.
-        least: f64,
-        /// The greatest cut.
-        greatest: f64,
-        /// The cut with a single original demonstration.
-        single: f64,
-    },
-    /// A fixed cut, used for sweeps over cuts.
-    Fixed(f64),
+/// Decision D8: the height at which the dendrogram is cut, calibrated when the originals are taught.
+///
+/// It is `factor` × the 95th percentile of the distances between segments of the same role, pooled with `prior_copies`
+/// of `prior`, and then clamped. With a single original it is `single`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cut {
+    /// The factor of the percentile.
+    pub factor: f64,
+    /// The prior distance that is pooled.
+    pub prior: f64,
+    /// How many copies of the prior are pooled.
+    pub prior_copies: usize,
+    /// The least cut.
+    pub least: f64,
+    /// The greatest cut.
+    pub greatest: f64,
+    /// The cut with a single original demonstration.
+    pub single: f64,
 }
 
 /// Decision D2b: what the initiation classifier is linear in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Lift {
     /// The scaled features and their squares.
     QuadraticDiagonal,
@@ -64,7 +60,7 @@ pub enum Lift {
 }
 
 /// Decision D16: the unit in which a classifier measures each feature.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Standardisation {
     /// The schema's fixed scales, for every classifier.
     Fixed,
@@ -79,7 +75,7 @@ pub enum Standardisation {
 }
 
 /// Decision D10b: when a classifier is activated in the index.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Activation {
     /// The probability is at least 0.5, as printed.
     Probability,
@@ -94,23 +90,11 @@ pub enum Activation {
     },
 }
 
-/// Decision D14: how many hidden states a policy has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum States {
-    /// The median number of keyframes of its segments.
-    Median,
-    /// The number with the lowest Bayesian information criterion, between the fewest and the most keyframes of a
-    /// segment.
-    Bic,
-}
-
 /// The parameters of [`super::learner::KeyframeLearner`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct KeyframeParameters {
     /// The kernel of the policies (D12 to D14).
     pub policy: HmmParameters,
-    /// The hidden states of a policy (D14).
-    pub states: States,
     /// The kernel of the signatures (D12, D13).
     pub signature: HmmParameters,
     /// The points of a signature's interpolation (D5).
@@ -151,7 +135,6 @@ impl Default for KeyframeParameters {
             HmmParameters { position_floor: 0.02, rotation_floor: 9.0 * PI / 180.0, ..HmmParameters::default() };
         Self {
             policy: HmmParameters::default(),
-            states: States::Median,
             signature,
             signature_points: 20,
             signature_states: 6,
@@ -160,7 +143,7 @@ impl Default for KeyframeParameters {
             across_references: false,
             across_grips: false,
             divergence: Divergence::CrossLikelihood,
-            cut: Cut::Calibrated { factor: 1.5, prior: 5.0, prior_copies: 3, least: 2.0, greatest: 10.0, single: 8.0 },
+            cut: Cut { factor: 1.5, prior: 5.0, prior_copies: 3, least: 2.0, greatest: 10.0, single: 8.0 },
             lift: Lift::QuadraticDiagonal,
             standardisation: Standardisation::Within { prior: 0.1 },
             logistic: LogisticParameters::default(),

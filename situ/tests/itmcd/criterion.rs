@@ -4,7 +4,7 @@ use situ::edit::Edit;
 use situ::method::Method;
 use situ::method::itmcd::Itmcd;
 use situ::method::itmcd::candidate::Candidate;
-use situ::method::itmcd::criterion::{akaike_weights, corrected_akaike};
+use situ::method::itmcd::selection::{akaike_weights, corrected_akaike};
 use situ::place::{NodeId, Place};
 
 #[test]

@@ -7,7 +7,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use situ::demonstration::Gripper;
 use situ::keyframe::learner::KeyframeLearner;
-use situ::keyframe::parameters::{Divergence, KeyframeParameters, States};
+use situ::keyframe::parameters::{Divergence, KeyframeParameters};
 use situ::keyframe::policy::KeyframePolicy;
 use situ::primitive::Learner;
 use situ::random::standard_normal;
@@ -137,18 +137,4 @@ fn the_bound_is_above_what_sampling_finds() {
             [&bound, &sampled].map(|learner| learner.distance(&left, &right, None, &mut Counters::default()));
         assert!(bound > 0.95 * sampled && bound < 3.0 * sampled, "{moved}: {bound} above {sampled}");
     }
-}
-
-/// By the criterion (decision D14) a policy has as many states as its keyframes have places.
-#[test]
-fn the_criterion_finds_how_many_places_there_are() {
-    let learner = learner(KeyframeParameters { states: States::Bic, ..KeyframeParameters::default() });
-    let mut rng = ChaCha8Rng::seed_from_u64(6);
-    let twice: Vec<_> = PICK.iter().flat_map(|keyframe| [*keyframe; 2]).collect();
-    let mut segments: Vec<Segment> = (0..4).map(|_| segment("cube", &noisy(&twice, &mut rng))).collect();
-    segments.push(segment("cube", &noisy(&PICK, &mut rng)));
-    let mut counters = Counters::default();
-    let policy = learner.fit_policy(&segments.iter().collect::<Vec<_>>(), &mut counters).unwrap();
-    assert_eq!(policy.hmm().states(), PICK.len());
-    assert_eq!(counters.hmm_fits, 4 + 1, "three to six states, and the signature");
 }

@@ -2,7 +2,6 @@
 //! D2c, D10b, D16).
 
 use nalgebra::{DMatrix, DVector};
-use situ::keyframe::logistic::Targets;
 use situ::keyframe::parameters::{Activation, KeyframeParameters, Standardisation};
 use situ::primitive::Initiation;
 use situ::state::State;
@@ -25,11 +24,8 @@ pub(crate) struct Classifier {
 
 impl Classifier {
     pub(crate) fn fit(positives: &[&State], negatives: &[&State], scales: &[f64], rule: &KeyframeParameters) -> Self {
-        let (
-            Standardisation::Within { prior },
-            Activation::Bounded { factor, least },
-            Targets::Fixed { positive, negative },
-        ) = (rule.standardisation, rule.activation, rule.logistic.targets)
+        let (Standardisation::Within { prior }, Activation::Bounded { factor, least }) =
+            (rule.standardisation, rule.activation)
         else {
             panic!("the reference knows the defaults alone")
         };
@@ -50,8 +46,8 @@ impl Classifier {
         let classes = if others.is_empty() { 1.0 } else { 2.0 };
         let sample = |target: f64, count: usize| move |row: DVector<f64>| (row, target, 1.0 / classes / count as f64);
         let row = |point: &Vec<f64>| classifier.row(point);
-        let own = own.iter().map(row).map(sample(positive, own.len()));
-        let others = others.iter().map(row).map(sample(negative, others.len()));
+        let own = own.iter().map(row).map(sample(rule.logistic.positive, own.len()));
+        let others = others.iter().map(row).map(sample(rule.logistic.negative, others.len()));
         classifier.weights = regression(&own.chain(others).collect::<Vec<_>>(), rule.logistic.ridge);
         classifier
     }

@@ -140,9 +140,7 @@ impl Learner for Reference {
     }
 
     fn calibrate(&self, originals: &[&[Arc<Segment>]], _: &mut Counters) -> Result<f64, SituError> {
-        let Cut::Calibrated { factor, prior, prior_copies, least, greatest, .. } = self.rule.cut else {
-            panic!("the reference knows the defaults alone")
-        };
+        let Cut { factor, prior, prior_copies, least, greatest, .. } = self.rule.cut;
         // A role is the k-th visit to an object.
         let mut roles: BTreeMap<(&str, usize), Vec<&Segment>> = BTreeMap::new();
         for segments in originals {

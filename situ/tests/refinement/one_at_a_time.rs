@@ -14,7 +14,7 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use situ::method::refinement::cost_weights::features::RANGES;
+use situ::method::refinement::cost_weights::RANGES;
 use situ::method::refinement::cost_weights::{FEATURES, Features, Physical};
 use situ::random::{standard_normal, stream};
 

@@ -2,8 +2,8 @@
 
 use proptest::prelude::*;
 use situ::keyframe::pose::{Tangent, log};
-use situ::method::refinement::cost_weights::features::{RANGES, cost, features, plan};
 use situ::method::refinement::cost_weights::{CostWeights, FEATURES, Physical, Rule};
+use situ::method::refinement::cost_weights::{RANGES, features, plan};
 use situ::method::refinement::{Refine, RefinedKeyframe};
 use situ::segment::Segment;
 
@@ -21,6 +21,14 @@ fn displacements(keyframes: usize) -> impl Strategy<Value = Vec<Tangent>> {
 fn problem() -> impl Strategy<Value = (Vec<bool>, [f64; FEATURES], Vec<Tangent>)> {
     prop::collection::vec(any::<bool>(), 1..8)
         .prop_flat_map(|contacts| (Just(contacts.clone()), weights(), displacements(contacts.len())))
+}
+
+/// J(u) = Σ_g (1/2n_g) Σ_{k ∈ g} |u_k|² + wᵀ φ(u), the groups g being the free keyframes and the contacts.
+fn cost(contacts: &[bool], displacements: &[Tangent], weights: &[f64; FEATURES]) -> f64 {
+    let size = |group: bool| contacts.iter().filter(|contact| **contact == group).count() as f64;
+    let distances = contacts.iter().zip(displacements).map(|(contact, moved)| 0.5 * moved.dot(moved) / size(*contact));
+    let features = features(contacts, displacements);
+    distances.sum::<f64>() + weights.iter().zip(features).map(|(weight, feature)| weight * feature).sum::<f64>()
 }
 
 proptest! {

@@ -2,12 +2,10 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use rand::Rng;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-use super::covariance::Covariance;
 use super::density::EmissionDensity;
-use super::frames::Frames;
-use super::gaussian::Gaussian;
+use super::frames::{Frames, Gaussian};
 use super::gripper::GripperEmission;
 use super::parameters::{HmmError, HmmParameters};
 use crate::demonstration::{Gripper, Pose};
@@ -19,8 +17,64 @@ const DIMENSIONS: f64 = 6.0;
 /// log 2π.
 const LOG_TWO_PI: f64 = 1.837_877_066_409_345_5;
 
+/// A positive definite matrix.
+pub(super) struct Covariance {
+    pub(super) matrix: Matrix6<f64>,
+    /// Its lower Cholesky factor.
+    factor: Matrix6<f64>,
+    pub(super) log_determinant: f64,
+}
+
+impl Covariance {
+    /// # Errors
+    /// [`HmmError::NotPositiveDefinite`] if it is not.
+    pub(super) fn new(matrix: Matrix6<f64>) -> Result<Self, HmmError> {
+        let mut factor = Matrix6::zeros();
+        let mut pivots = [0.0; 6];
+        for column in 0..6 {
+            for row in column..6 {
+                let mut value = matrix[(row, column)];
+                for k in 0..column {
+                    value -= factor[(row, k)] * factor[(column, k)];
+                }
+                if row > column {
+                    factor[(row, column)] = value / factor[(column, column)];
+                } else if value.is_finite() && value > 0.0 {
+                    factor[(row, column)] = libm::sqrt(value);
+                    pivots[column] = value;
+                } else {
+                    return Err(HmmError::NotPositiveDefinite);
+                }
+            }
+        }
+        // One logarithm of the product of the pivots, unless a float cannot hold the product.
+        let times = |product: f64, pivot: &f64| Some(product * pivot).filter(|next| next.is_normal());
+        let product = pivots.iter().try_fold(1.0, times);
+        let log_determinant = product.map_or_else(|| pivots.iter().map(|pivot| libm::log(*pivot)).sum(), libm::log);
+        Ok(Self { matrix, factor, log_determinant })
+    }
+
+    /// The inverse of the factor: W with Wᵀ W = Σ⁻¹, lower triangular.
+    pub(super) fn inverse_factor(&self) -> Matrix6<f64> {
+        let factor = &self.factor;
+        let mut inverse = Matrix6::zeros();
+        for row in 0..6 {
+            let pivot = 1.0 / factor[(row, row)];
+            for column in 0..row {
+                let mut value = 0.0;
+                for k in column..row {
+                    value -= factor[(row, k)] * inverse[(k, column)];
+                }
+                inverse[(row, column)] = value * pivot;
+            }
+            inverse[(row, row)] = pivot;
+        }
+        inverse
+    }
+}
+
 /// What a hidden state emits at one step.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Observation {
     /// The pose, in the frame of the reference object.
     pub pose: Pose,
@@ -32,8 +86,7 @@ pub struct Observation {
 ///
 /// The density is with respect to metres and radians of that tangent space. To change a mean or a covariance, make a
 /// new emission by [`Emission::new`], because the factor of the covariance is stored too.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Stored", into = "Stored")]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Emission {
     /// The mean pose.
     pub mean: Pose,
@@ -45,8 +98,10 @@ pub struct Emission {
     /// The gripper command. `None` if the data had none.
     pub gripper: Option<GripperEmission>,
     /// W with Wᵀ W = Σ⁻¹, lower triangular: the inverse of the Cholesky factor.
+    #[serde(skip)]
     whitening: Matrix6<f64>,
     /// −½ (6 log 2π + log |Σ|).
+    #[serde(skip)]
     log_normaliser: f64,
 }
 
@@ -206,30 +261,6 @@ impl EmissionDensity for Emission {
 
 fn rotation(vector: &Vector3<f64>) -> Matrix3<f64> {
     rotation_exp(vector).to_rotation_matrix().into_inner()
-}
-
-/// What is written of an emission. The rest follows from it.
-#[derive(Serialize, Deserialize)]
-struct Stored {
-    mean: Pose,
-    covariance: Matrix6<f64>,
-    scatter: Matrix6<f64>,
-    gripper: Option<GripperEmission>,
-}
-
-impl From<Emission> for Stored {
-    fn from(emission: Emission) -> Self {
-        let Emission { mean, covariance, scatter, gripper, .. } = emission;
-        Self { mean, covariance, scatter, gripper }
-    }
-}
-
-impl TryFrom<Stored> for Emission {
-    type Error = HmmError;
-
-    fn try_from(stored: Stored) -> Result<Self, HmmError> {
-        Self::new(stored.mean, stored.covariance, stored.scatter, stored.gripper)
-    }
 }
 
 #[cfg(test)]

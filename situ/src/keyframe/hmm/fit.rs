@@ -2,8 +2,7 @@
 
 use nalgebra::{Matrix6, Translation3, Vector3};
 
-use super::covariance::Covariance;
-use super::emission::{Emission, Observation};
+use super::emission::{Covariance, Emission, Observation};
 use super::frames::Frames;
 use super::gripper::GripperEmission;
 use super::inference::Recursion;

@@ -3,7 +3,7 @@
 use core::f64::consts::PI;
 
 use rand::{Rng, RngExt};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::parameters::HmmParameters;
 use crate::demonstration::Gripper;
@@ -18,7 +18,7 @@ const FLOOR: [f64; KINDS] = [0.1, 0.01, 5.0];
 const UNSEEN: [f64; KINDS] = [0.5, 0.04, 20.0];
 
 /// A categorical distribution over the kinds of command, and a Gaussian over the value within each.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct GripperEmission {
     /// The probability of each kind.
     pub probabilities: [f64; KINDS],

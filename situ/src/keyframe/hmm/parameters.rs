@@ -1,10 +1,9 @@
 //! The parameters of a fit, and what can go wrong with one.
 
-use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// The parameters of [`super::Hmm::fit`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HmmParameters {
     /// The prior standard deviation of positions, metres: the root of the first block of S₀ (decision D12).
     pub position_floor: f64,

@@ -2,8 +2,7 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
-use super::frames::{Block, Frames, Mean, residuals_of};
-use super::gaussian::{AXES, Gaussian, TRIANGLE};
+use super::frames::{AXES, Block, Frames, Gaussian, Mean, TRIANGLE, residuals_of};
 use crate::demonstration::Pose;
 use crate::keyframe::pose::Tangent;
 use crate::vector::{Four, Kernel, LANES, Wide, fours, fours_mut, widest};

@@ -1,23 +1,20 @@
 //! Newton's method in the dimension of the samples.
 //!
-//! The weights are w = c w₀ + Xᵀ α with the weights w₀ of the start. At first c = 1 and α = 0; a full step brings c to
-//! 0, because at the minimum w = −Xᵀ r / λ. With G = X Xᵀ and u = X w₀, a step is found without the dimension of the
-//! features. The objective after the step is still computed from the weights: with features of about a thousand, G α is
-//! a small sum of large terms, and if its rounding exceeds what is left to gain, no step would be good enough.
+//! The weights are w = Xᵀ α, and α = 0 at first. At the minimum w = −Xᵀ r / λ. With G = X Xᵀ, a step is found without
+//! the dimension of the features. The objective after the step is still computed from the weights: with features of
+//! about a thousand, G α is a small sum of large terms, and if its rounding exceeds what is left to gain, no step would
+//! be good enough.
 
 use super::blocks::{Blocks, PANEL, add_transposed, scaled, times, times_each};
 use super::factor::Factor;
-use super::fitted::LogisticFit;
 use super::parameters::{LogisticError, LogisticParameters};
-use super::problem::{Problem, Slopes, along, product, search, steepest};
+use super::problem::{LogisticFit, Problem, Slopes, along, product, search, steepest};
 use crate::vector::{EIGHT, Four, Kernel, Wide, loops, sum, widest};
 
 /// Where the descent is. Vectors are padded.
 struct Point {
     /// α, shape (n).
     alpha: Vec<f64>,
-    /// c.
-    kept: f64,
     /// b.
     intercept: f64,
     /// w, shape (d).
@@ -40,19 +37,13 @@ struct Step {
     slope: f64,
 }
 
-/// The start, in the dimension of the samples.
-struct Start<'a> {
+/// The problem, in the dimension of the samples.
+struct Dual<'a> {
     problem: &'a Problem<'a>,
     /// Xᵀ, shape (d, n).
     samples: Blocks,
     /// G, shape (n, n).
     gram: Blocks,
-    /// w₀, shape (d), padded.
-    weights: Vec<f64>,
-    /// u, shape (n), padded.
-    seen: Vec<f64>,
-    /// |w₀|².
-    squared: f64,
 }
 
 /// What the solution of a step needs.
@@ -71,29 +62,26 @@ struct Workspace {
 /// [`super::primal::minimise`].
 pub(super) fn minimise(
     problem: &Problem,
-    start: LogisticFit,
+    mut fit: LogisticFit,
     parameters: &LogisticParameters,
 ) -> Result<LogisticFit, LogisticError> {
-    let mut fit = start;
-    let start = Start::new(problem, &fit.weights);
-    let mut at = Point::new(&start);
-    (at.kept, at.intercept) = (1.0, fit.intercept);
-    start.evaluate(&mut at);
-    let mut there = Point::new(&start);
-    let mut step = Step::new(problem.rows.len());
-    let mut workspace = Workspace::new(problem.rows.len(), start.weights.len());
+    let dual = Dual::new(problem);
+    let (n, columns) = (problem.rows.len(), dual.samples.rows());
+    let (mut at, mut there) = (Point::new(n, columns), Point::new(n, columns));
+    dual.evaluate(&mut at);
+    let (mut step, mut workspace) = (Step::new(n), Workspace::new(n, columns));
     loop {
-        start.gradient(&at, &mut workspace.gradient);
+        dual.gradient(&at, &mut workspace.gradient);
         fit.converged = steepest(&workspace.gradient) <= parameters.tolerance;
         if fit.converged || fit.iterations == parameters.max_iterations {
             break;
         }
-        if !start.factor(&at, &mut workspace) || !start.step(&at, &mut workspace, &mut step) {
+        if !dual.factor(&at, &mut workspace) || !dual.step(&at, &mut workspace, &mut step) {
             return Err(LogisticError::Singular);
         }
         let found = search(at.value, step.slope, |length| {
             there.set_along(&at, &step, length);
-            start.evaluate(&mut there);
+            dual.evaluate(&mut there);
             there.value
         });
         if !found {
@@ -108,23 +96,13 @@ pub(super) fn minimise(
 }
 
 impl Point {
-    fn new(start: &Start) -> Self {
-        let (n, zeros) = (start.problem.rows.len(), vec![0.0; start.seen.len()]);
-        let weights = vec![0.0; start.weights.len()];
-        Self {
-            alpha: zeros.clone(),
-            kept: 0.0,
-            intercept: 0.0,
-            weights,
-            odds: zeros,
-            slopes: Slopes::new(n),
-            value: 0.0,
-        }
+    fn new(n: usize, columns: usize) -> Self {
+        let (zeros, weights) = (vec![0.0; n.next_multiple_of(EIGHT)], vec![0.0; columns]);
+        Self { alpha: zeros.clone(), intercept: 0.0, weights, odds: zeros, slopes: Slopes::new(n), value: 0.0 }
     }
 
     fn set_along(&mut self, base: &Self, step: &Step, length: f64) {
         along(&base.alpha, &step.alpha, length, &mut self.alpha);
-        self.kept = base.kept - length * base.kept;
         self.intercept = base.intercept + length * step.intercept;
     }
 }
@@ -149,23 +127,17 @@ impl Workspace {
     }
 }
 
-impl<'a> Start<'a> {
-    fn new(problem: &'a Problem<'a>, weights: &[f64]) -> Self {
-        let n = problem.rows.len();
+impl<'a> Dual<'a> {
+    fn new(problem: &'a Problem<'a>) -> Self {
         let samples = Blocks::transposed(problem.rows, problem.dimension);
         let mut gram = samples.square();
         gram.mirror();
-        let mut padded_weights = vec![0.0; samples.rows()];
-        padded_weights[..weights.len()].copy_from_slice(weights);
-        let mut seen = vec![0.0; n.next_multiple_of(EIGHT)];
-        samples.transpose_times(&padded_weights, &mut seen);
-        let squared = product(&padded_weights, &padded_weights);
-        Self { problem, samples, gram, weights: padded_weights, seen, squared }
+        Self { problem, samples, gram }
     }
 
     /// Computes the weights, and the objective and its slopes there.
     fn evaluate(&self, at: &mut Point) {
-        widest(Evaluate { start: self, at });
+        widest(Evaluate { dual: self, at });
     }
 
     /// The gradient in w, then in b.
@@ -180,10 +152,10 @@ impl<'a> Start<'a> {
     /// definite.
     fn factor(&self, at: &Point, workspace: &mut Workspace) -> bool {
         #[inline(always)]
-        fn prepare((start, roots, matrix): (&Start, &[f64], &mut Blocks)) {
+        fn prepare((dual, roots, matrix): (&Dual, &[f64], &mut Blocks)) {
             for (right, columns) in roots.as_chunks::<EIGHT>().0.iter().enumerate() {
                 let scaled_rows = matrix.block_mut(right)[..(right + 1) * EIGHT].iter_mut();
-                for ((numbers, own), row) in scaled_rows.zip(start.gram.block(right)).zip(roots) {
+                for ((numbers, own), row) in scaled_rows.zip(dual.gram.block(right)).zip(roots) {
                     *numbers = times_each(*own, scaled(*columns, *row));
                 }
             }
@@ -199,14 +171,14 @@ impl<'a> Start<'a> {
         factored
     }
 
-    /// The Newton step: δc = −c, and D (G δα − c u + δb) + λ δα = −h with h = r + λ α and Σ (α + δα) = 0. With R = √D
-    /// and δα = R β, (R G R + λ) β = R c u − h/R − R δb. False if it cannot be solved.
+    /// The Newton step: D (G δα + δb) + λ δα = −h with h = r + λ α and Σ (α + δα) = 0. With R = √D and δα = R β,
+    /// (R G R + λ) β = −h/R − R δb. False if it cannot be solved.
     fn step(&self, at: &Point, workspace: &mut Workspace, step: &mut Step) -> bool {
         let Workspace { factor, roots, ones, wanted, .. } = workspace;
         let (residuals, ridge, n) = (&at.slopes.residuals, self.problem.ridge, self.problem.rows.len());
         for index in 0..n {
             let excess = residuals[index] + ridge * at.alpha[index];
-            wanted[index] = roots[index] * at.kept * self.seen[index] - excess / roots[index];
+            wanted[index] = -excess / roots[index];
         }
         factor.solve(wanted);
         step.intercept = (product(roots, wanted) + sum(&at.alpha)) / product(roots, ones);
@@ -214,17 +186,14 @@ impl<'a> Start<'a> {
             step.alpha[index] = roots[index] * (wanted[index] - step.intercept * ones[index]);
         }
         self.gram.transpose_times(&step.alpha, &mut step.seen);
-        let loss =
-            product(residuals, &step.seen) - at.kept * product(residuals, &self.seen) + step.intercept * sum(residuals);
-        let product_of_weights = product(&at.alpha, &step.seen)
-            + at.kept * (product(&self.seen, &step.alpha) - product(&self.seen, &at.alpha) - at.kept * self.squared);
-        step.slope = loss + ridge * product_of_weights;
+        let loss = product(residuals, &step.seen) + step.intercept * sum(residuals);
+        step.slope = loss + ridge * product(&at.alpha, &step.seen);
         step.intercept.is_finite() && step.alpha.iter().all(|part| part.is_finite())
     }
 }
 
 struct Evaluate<'a> {
-    start: &'a Start<'a>,
+    dual: &'a Dual<'a>,
     at: &'a mut Point,
 }
 
@@ -233,15 +202,14 @@ impl Kernel for Evaluate<'_> {
 
     #[inline(always)]
     fn run<S: Wide>(self, simd: S) {
-        let Self { start, at: Point { alpha, kept, intercept, weights, odds, slopes, value } } = self;
-        times((&start.samples, alpha, weights));
-        weights.iter_mut().zip(&start.weights).for_each(|(weight, first)| *weight += *kept * first);
+        let Self { dual, at: Point { alpha, intercept, weights, odds, slopes, value } } = self;
+        times((&dual.samples, alpha, weights));
         odds.fill(*intercept);
-        add_transposed(&start.samples, weights, odds);
+        add_transposed(&dual.samples, weights, odds);
         let mut losses = Four::splat(simd, 0.0);
         for (panel, odds) in odds.chunks(PANEL).enumerate() {
-            slopes.set(simd, start.problem, panel * PANEL, odds, &mut losses);
+            slopes.set(simd, dual.problem, panel * PANEL, odds, &mut losses);
         }
-        *value = losses.joined() + 0.5 * start.problem.ridge * product(weights, weights);
+        *value = losses.joined() + 0.5 * dual.problem.ridge * product(weights, weights);
     }
 }

@@ -1,26 +1,11 @@
 //! The parameters of a regression, and what can go wrong with one.
 
-use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::vector::EIGHT;
 
-/// The numbers that labels are regressed on (decision D2c).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Targets {
-    /// Fixed numbers, for any counts.
-    Fixed {
-        /// The target of `true`.
-        positive: f64,
-        /// The target of `false`.
-        negative: f64,
-    },
-    /// Platt's: (N₊ + 1)/(N₊ + 2) and 1/(N₋ + 2). They are less confident if there are few samples.
-    Platt,
-}
-
 /// The dimension in which the Newton step is solved.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Path {
     /// The smaller of the two.
     Auto,
@@ -31,14 +16,16 @@ pub enum Path {
 }
 
 /// The parameters of [`super::fit`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LogisticParameters {
     /// The ridge λ on the mean loss, above 0.
     pub ridge: f64,
     /// Whether both classes have the same total weight, for any counts.
     pub balanced: bool,
-    /// The numbers that the labels are regressed on.
-    pub targets: Targets,
+    /// The number that `true` is regressed on, above 0 and below 1.
+    pub positive: f64,
+    /// The number that `false` is regressed on, above 0 and below 1.
+    pub negative: f64,
     /// The fit stops when no component of the gradient is above this.
     pub tolerance: f64,
     /// The greatest number of Newton steps.
@@ -53,7 +40,8 @@ impl Default for LogisticParameters {
         Self {
             ridge: 0.002,
             balanced: true,
-            targets: Targets::Fixed { positive: 0.95, negative: 0.05 },
+            positive: 0.95,
+            negative: 0.05,
             tolerance: 1e-9,
             max_iterations: 50,
             path: Path::Auto,
@@ -64,14 +52,12 @@ impl Default for LogisticParameters {
 impl LogisticParameters {
     pub(super) fn check(&self) -> Result<(), LogisticError> {
         let inside = |value: f64| value > 0.0 && value < 1.0;
-        let mut rules = vec![
+        let rules = [
             ("ridge", self.ridge, self.ridge.is_finite() && self.ridge > 0.0, "must be above 0"),
             ("tolerance", self.tolerance, self.tolerance > 0.0, "must be above 0"),
+            ("positive", self.positive, inside(self.positive), "must be above 0 and below 1"),
+            ("negative", self.negative, inside(self.negative), "must be above 0 and below 1"),
         ];
-        if let Targets::Fixed { positive, negative } = self.targets {
-            rules.push(("targets.positive", positive, inside(positive), "must be above 0 and below 1"));
-            rules.push(("targets.negative", negative, inside(negative), "must be above 0 and below 1"));
-        }
         match rules.into_iter().find(|(_, _, holds, _)| !holds) {
             None => Ok(()),
             Some((parameter, value, _, rule)) => Err(LogisticError::Parameter { parameter, value, rule }),
@@ -82,10 +68,6 @@ impl LogisticParameters {
     pub(super) fn targets_and_shares(&self, labels: &[bool]) -> (Vec<f64>, Vec<f64>) {
         let positives = labels.iter().filter(|label| **label).count();
         let negatives = labels.len() - positives;
-        let (high, low) = match self.targets {
-            Targets::Fixed { positive, negative } => (positive, negative),
-            Targets::Platt => ((positives as f64 + 1.0) / (positives as f64 + 2.0), 1.0 / (negatives as f64 + 2.0)),
-        };
         let share = |own: usize, other: usize| {
             if self.balanced && other > 0 { 0.5 / own as f64 } else { 1.0 / labels.len() as f64 }
         };
@@ -98,7 +80,7 @@ impl LogisticParameters {
                 .for_each(|(number, label)| *number = if *label { positive } else { negative });
             numbers
         };
-        (of_each(high, low), of_each(positive, negative))
+        (of_each(self.positive, self.negative), of_each(positive, negative))
     }
 }
 

@@ -2,9 +2,8 @@
 
 use super::blocks::{Blocks, PANEL, add_transposed, times};
 use super::factor::Factor;
-use super::fitted::LogisticFit;
 use super::parameters::{LogisticError, LogisticParameters};
-use super::problem::{Problem, Slopes, along, product, search, steepest};
+use super::problem::{LogisticFit, Problem, Slopes, along, product, search, steepest};
 use crate::vector::{EIGHT, Four, Kernel, Wide, dot, widest};
 
 /// If a step left at most this share of the gradient, the curvatures hardly changed, and the next step uses the old
@@ -51,12 +50,11 @@ impl Point {
 /// Newton steps from `start`, until the gradient is below the tolerance or the steps run out.
 pub(super) fn minimise(
     problem: &Problem,
-    start: LogisticFit,
+    mut fit: LogisticFit,
     parameters: &LogisticParameters,
 ) -> Result<LogisticFit, LogisticError> {
     let d = problem.dimension;
     let samples = Blocks::panels(problem.rows, d);
-    let mut fit = start;
     let mut at = Point::at(problem, &samples, &fit.weights, fit.intercept);
     let mut there = Point::new(problem);
     let mut factor = Factor::new(d + 1);

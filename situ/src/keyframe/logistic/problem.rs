@@ -1,6 +1,8 @@
-//! The objective of a ridge logistic regression, and what both ways to its minimum share.
+//! The objective of a ridge logistic regression, what both ways to its minimum share, and what they find.
 
-use crate::vector::{EIGHT, Four, Wide, exp, fours, fours_mut, joined, log_1p};
+use serde::Serialize;
+
+use crate::vector::{EIGHT, Four, Wide, dot, exp, fours, fours_mut, joined, log_1p};
 
 /// A step must gain at least this share of what its slope promises (Armijo).
 const SUFFICIENT: f64 = 1e-4;
@@ -109,4 +111,39 @@ pub(super) fn search(value: f64, slope: f64, mut objective: impl FnMut(f64) -> f
         length *= 0.5;
     }
     false
+}
+
+/// A fitted ridge logistic regression.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LogisticFit {
+    /// The weight of each feature, shape (d).
+    pub weights: Vec<f64>,
+    /// The intercept.
+    pub intercept: f64,
+    /// The number of Newton steps.
+    pub iterations: usize,
+    /// Whether the gradient came below the tolerance before the steps ran out.
+    pub converged: bool,
+}
+
+impl LogisticFit {
+    /// The log odds of `true` at a row, shape (d).
+    pub fn log_odds(&self, row: &[f64]) -> f64 {
+        self.intercept + dot(&self.weights, row)
+    }
+
+    /// The probability of `true` at a row, shape (d).
+    pub fn probability(&self, row: &[f64]) -> f64 {
+        sigmoid(self.log_odds(row))
+    }
+}
+
+/// 1/(1 + e^−z), without overflow.
+fn sigmoid(z: f64) -> f64 {
+    if z >= 0.0 {
+        1.0 / (1.0 + libm::exp(-z))
+    } else {
+        let odds = libm::exp(z);
+        odds / (1.0 + odds)
+    }
 }

@@ -6,15 +6,15 @@
 //! clusters remain to be found. Runs of one behaviour belong to two nodes if they end on two objects, far apart on one
 //! object, or with different gripper commands. This is a *reconstruction*.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
-use super::branch::Branch;
 use super::recording::Frame;
 use super::run::{Run, Stretch, runs};
 use super::skill::Skill;
 use crate::demonstration::Demonstration;
+use crate::keyframe::classifier::scaled;
 use crate::place::{NodeId, Place, SegmentId};
 use crate::state::State;
 use crate::trace::Counters;
@@ -186,4 +186,47 @@ fn holders(shown: &[Recorded], sequences: &[Vec<(usize, Run)>]) -> Vec<(SegmentI
         }
     }
     holders
+}
+
+/// A distance that is added on both sides of the probability, in scales of the schema, so that no example decides
+/// alone.
+const DOUBT: f64 = 1.0;
+
+/// What followed a place, each time, and in which state. Distances are L1, with each feature in its scale of the
+/// schema.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+struct Branch {
+    examples: Vec<(Place, Vec<f64>)>,
+}
+
+impl Branch {
+    /// Adds one example.
+    fn add(&mut self, next: Place, state: &State, scales: &[f64]) {
+        self.examples.push((next, scaled(state, scales)));
+    }
+
+    /// The places that can follow, in order.
+    fn children(&self) -> BTreeSet<Place> {
+        self.examples.iter().map(|(place, _)| *place).collect()
+    }
+
+    /// What follows in this state, and how probable that is. An only child is certain. Of several children, that of the
+    /// nearest example is taken, the first of equals. Its probability is (1 + b) / (2 + a + b), from ½ to 1, where a is
+    /// the distance of the nearest example and b that of the nearest example of another child. The original's
+    /// classifier gives no probability.
+    fn next(&self, state: &State, scales: &[f64]) -> Option<(Place, f64)> {
+        let state = scaled(state, scales);
+        let distance = |example: &[f64]| example.iter().zip(&state).map(|(left, right)| (left - right).abs()).sum();
+        let nearest = |among: &dyn Fn(Place) -> bool| {
+            let examples = self.examples.iter().filter(|(place, _)| among(*place));
+            let far: Vec<(Place, f64)> = examples.map(|(place, example)| (*place, distance(example))).collect();
+            far.into_iter().reduce(|best, other| if other.1 < best.1 { other } else { best })
+        };
+        let (place, own) = nearest(&|_| true)?;
+        let probability = match nearest(&|other| other != place) {
+            None => 1.0,
+            Some((_, other)) => (DOUBT + other) / (2.0 * DOUBT + own + other),
+        };
+        Some((place, probability))
+    }
 }

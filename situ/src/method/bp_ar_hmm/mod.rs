@@ -28,10 +28,8 @@
 //! is fitted by expectation maximisation.
 
 mod automaton;
-mod branch;
 pub mod dmp;
 mod labelling;
-mod observation;
 pub mod parameters;
 mod recording;
 mod run;

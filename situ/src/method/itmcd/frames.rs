@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::parameters::{ItmcdParameters, Lag};
+use super::parameters::ItmcdParameters;
 use super::starhmm::StarhmmStep;
 use crate::demonstration::{Gripper, Pose};
 use crate::keyframe::interpolate::resample;
@@ -38,7 +38,6 @@ pub(super) struct Frames {
     features: Vec<usize>,
     scales: Vec<f64>,
     points: usize,
-    lag: Lag,
 }
 
 impl Frames {
@@ -67,7 +66,6 @@ impl Frames {
             features: most_varied(&states, parameters.features),
             scales,
             points: parameters.points,
-            lag: parameters.lag,
         }
     }
 
@@ -92,24 +90,15 @@ impl Frames {
     pub(super) fn steps(&self, segment: &Segment, context: usize, after: &State) -> Vec<StarhmmStep> {
         let entry_features = self.entry_features(after);
         let last = self.points - 1;
-        let mut before: Option<Vec<f64>> = None;
         path(segment, self.points)
             .into_iter()
             .enumerate()
             .map(|(index, point)| {
-                let target: Vec<f64> = self.coordinates.iter().map(|axis| point[*axis]).collect();
                 let share = index as f64 / last as f64;
-                let mut regressors = vec![1.0, share, share * share];
-                if self.lag == Lag::One {
-                    // The first point of a segment has no point before it in the frame of the same object.
-                    regressors.push(if before.is_none() { 1.0 } else { 0.0 });
-                    regressors.extend(before.take().unwrap_or_else(|| vec![0.0; target.len()]));
-                }
-                before = Some(target.clone());
                 StarhmmStep {
                     context,
-                    regressors,
-                    target,
+                    regressors: vec![1.0, share, share * share],
+                    target: self.coordinates.iter().map(|axis| point[*axis]).collect(),
                     can_end: index == last,
                     exit_features: vec![1.0],
                     entry_features: entry_features.clone(),

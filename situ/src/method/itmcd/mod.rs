@@ -29,7 +29,6 @@
 
 mod automaton;
 pub mod candidate;
-pub mod criterion;
 pub mod frames;
 pub mod parameters;
 mod planned;

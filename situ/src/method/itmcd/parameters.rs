@@ -2,17 +2,6 @@
 
 use super::starhmm::FitParameters;
 
-/// What a step is regressed on, besides the share of the segment that is behind it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Lag {
-    /// Nothing: a phase is a path with scatter.
-    None,
-    /// The point before it in the same segment: a first-order autoregression. Interpolated neighbours are so similar
-    /// that it learns to copy. A path that is shifted as a whole is then improbable only at its first point, and
-    /// modifications are not seen.
-    One,
-}
-
 /// The parameters of `itmcd`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ItmcdParameters {
@@ -22,8 +11,6 @@ pub struct ItmcdParameters {
     pub coordinates: usize,
     /// How many state features an entry is regressed on: those that vary most.
     pub features: usize,
-    /// The regressors.
-    pub lag: Lag,
     /// The fit.
     pub fit: FitParameters,
 }
@@ -38,7 +25,6 @@ impl Default for ItmcdParameters {
             points: 10,
             coordinates: 3,
             features: 2,
-            lag: Lag::None,
             fit: FitParameters {
                 // 2 cm, in units of 1 cm² ([`super::frames::UNIT`]). A missing or an additional keyframe moves the
                 // points between its neighbours by about that much. With 1 cm most corrections that need nothing got a

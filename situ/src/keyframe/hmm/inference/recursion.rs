@@ -1,7 +1,6 @@
 //! The recursions over all sequences of a fit.
 
-use super::cells::Cells;
-use super::general::GeneralChain;
+use super::general::{Cells, GeneralChain};
 use super::left_to_right::{Batch, Chain, ForwardBackward, LEAST, Lanes, Rows, TOGETHER};
 use crate::keyframe::hmm::model::Hmm;
 use crate::vector::{Four, Kernel, LANES, Wide, exp, fours, widest};

@@ -1,15 +1,89 @@
-//! One chain: its state, and the probability of the state.
+//! One chain: what it sees, its priors and moves, its state, and the probability of the state.
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use nalgebra::SVector;
 use rand::Rng;
 use serde::Serialize;
 
-use super::dynamics::{Dynamics, Statistics};
-use super::moves::Moves;
-use super::prior::Prior;
-use super::sequence::LaggedSequence;
+use super::dynamics::{Dynamics, DynamicsPrior, Statistics};
 use super::weights::{Weights, prior_shape};
+
+/// How the sampler moves. None of this changes the distribution that it samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Moves {
+    /// The birth or death moves per sequence and sweep.
+    pub births: usize,
+    /// The shortest and the longest window of a data-driven birth, frames. Both are cut to the length of the sequence.
+    pub window: (usize, usize),
+    /// The split–merge moves per sweep.
+    pub split_merges: usize,
+    /// The random-walk moves of each of α, κ and c per sweep.
+    pub inner: usize,
+}
+
+impl Default for Moves {
+    /// Windows of 15 to 100 frames, 5 split–merge trials and 20 inner iterations are from Fox and Hughes. Ten births or
+    /// deaths are our choice: a recording has many short behaviours, and with three a chain of 300 sweeps was further
+    /// from the best states.
+    fn default() -> Self {
+        Self { births: 10, window: (15, 100), split_merges: 5, inner: 20 }
+    }
+}
+
+/// A gamma prior with the mean `shape` / `rate`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GammaPrior {
+    /// Above 0.
+    pub shape: f64,
+    /// Above 0.
+    pub rate: f64,
+}
+
+/// The priors of the model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prior<const D: usize> {
+    /// That of the dynamics.
+    pub dynamics: DynamicsPrior<D>,
+    /// That of α, the weight of every transition.
+    pub alpha: GammaPrior,
+    /// That of κ, the additional weight of a self-transition.
+    pub kappa: GammaPrior,
+    /// That of γ, the mass of the beta process.
+    pub gamma: GammaPrior,
+    /// That of c, the concentration of the beta process.
+    pub c: GammaPrior,
+}
+
+/// The frames of one sequence, at least one, each with the frame before it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LaggedSequence<const D: usize> {
+    /// x_t.
+    pub current: Vec<SVector<f64, D>>,
+    /// y_t, one per x_t.
+    pub lagged: Vec<SVector<f64, D>>,
+}
+
+impl<const D: usize> LaggedSequence<D> {
+    /// The number of frames.
+    pub fn len(&self) -> usize {
+        self.current.len()
+    }
+
+    /// Whether there is no frame.
+    pub fn is_empty(&self) -> bool {
+        self.current.is_empty()
+    }
+
+    /// The statistics of the frames for which `belongs` holds.
+    pub(super) fn statistics(&self, belongs: impl Fn(usize) -> bool) -> Statistics<D> {
+        let mut statistics = Statistics::default();
+        for frame in (0..self.len()).filter(|frame| belongs(*frame)) {
+            statistics.add(&self.current[frame], &self.lagged[frame], 1.0);
+        }
+        statistics
+    }
+}
 
 /// The state of one sequence.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -106,6 +180,23 @@ impl<const D: usize> Chain<D> {
     }
 
     /// Draws η of every sequence given z.
+    /// One sweep: features and states of each sequence, split–merge moves, transitions, dynamics, α and κ, γ and c.
+    /// `None` if rounding leaves a matrix that is not positive definite.
+    pub fn sweep(&mut self, rng: &mut impl Rng) -> Option<()> {
+        for index in 0..self.sequences.len() {
+            self.update_sequence(index, rng)?;
+        }
+        for _ in 0..self.moves.split_merges {
+            self.split_or_merge(rng)?;
+        }
+        // Split and merge integrate η and θ out, so all of them are drawn anew before they are used.
+        self.draw_weights(rng);
+        self.draw_dynamics(rng)?;
+        self.update_stickiness(rng);
+        self.update_beta_process(rng);
+        Some(())
+    }
+
     pub(super) fn draw_weights(&mut self, rng: &mut impl Rng) {
         let (alpha, kappa) = (self.state.alpha, self.state.kappa);
         for row in &mut self.state.rows {

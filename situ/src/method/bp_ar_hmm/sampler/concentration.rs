@@ -2,9 +2,8 @@
 
 use rand::Rng;
 
-use super::chain::Chain;
+use super::chain::{Chain, GammaPrior};
 use super::draw::{accepts, gamma, log_gamma_density};
-use super::prior::GammaPrior;
 
 /// The variance of the random walk of α and of c, which are about 1.
 const NARROW: f64 = 1.0;

@@ -9,10 +9,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rand::{Rng, RngExt};
 
-use super::chain::{Chain, log_states};
+use super::chain::{Chain, LaggedSequence, log_states};
 use super::draw::{accepts, categorical};
 use super::dynamics::{Dynamics, Statistics};
-use super::sequence::LaggedSequence;
 use super::states::{backward_sample, log_forward};
 
 /// What a split assigns to one sequence.

@@ -4,10 +4,8 @@
 //! improved or left as it is. Ridge and floor keep the numbers bounded. A step that they would make lower is not taken,
 //! so the log-likelihood itself never falls.
 
-use super::error::StarhmmError;
 use super::inference::Posterior;
-use super::model::Starhmm;
-use super::sequence::StarhmmSequence;
+use super::model::{Starhmm, StarhmmError, StarhmmSequence};
 use super::switch::{Choice, Exit, improve_entries, improve_exit};
 
 /// The parameters of [`Starhmm::fit`].

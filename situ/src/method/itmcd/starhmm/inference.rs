@@ -1,9 +1,7 @@
 //! Forward, backward and the most probable path, in logarithms.
 
-use super::error::StarhmmError;
 use super::logarithms::{log_sigmoid, log_sum_exp};
-use super::model::{END, Starhmm};
-use super::sequence::StarhmmSequence;
+use super::model::{END, Starhmm, StarhmmError, StarhmmSequence};
 use crate::vector::dot;
 
 /// The posterior of the phases given the steps of a sequence.

@@ -17,17 +17,13 @@
 
 mod cholesky;
 mod emission;
-mod error;
 mod fit;
 mod inference;
 mod logarithms;
 mod model;
-mod sequence;
 mod switch;
 
 pub use emission::LinearGaussian;
-pub use error::StarhmmError;
 pub use fit::{FitParameters, StarhmmFit};
 pub use inference::{Posterior, Transition};
-pub use model::{END, Phase, Starhmm};
-pub use sequence::{StarhmmSequence, StarhmmStep};
+pub use model::{END, Phase, Starhmm, StarhmmError, StarhmmSequence, StarhmmStep};

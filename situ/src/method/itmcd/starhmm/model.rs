@@ -1,12 +1,66 @@
-//! The model: its phases and their structure.
+//! The model: its phases and their structure, the sequences that it makes, and what can go wrong with one.
 
 use std::collections::BTreeSet;
 
+use thiserror::Error;
+
 use super::emission::LinearGaussian;
-use super::error::StarhmmError;
 use super::logarithms::log_sum_exp;
-use super::sequence::{StarhmmSequence, StarhmmStep};
 use crate::vector::dot;
+
+/// Why a model could not be fitted.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum StarhmmError {
+    /// A sequence, a vector or an index does not fit the others.
+    #[error("sequence {sequence}: {problem}")]
+    Shape {
+        /// Index of the sequence.
+        sequence: usize,
+        /// What is wrong.
+        problem: &'static str,
+    },
+    /// The indices or vectors of the model do not fit together.
+    #[error("the model: {0}")]
+    Model(&'static str),
+    /// No path of phases makes this sequence.
+    #[error("sequence {sequence} is impossible under the structure")]
+    Impossible {
+        /// Index of the sequence.
+        sequence: usize,
+    },
+}
+
+/// One step of a sequence.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StarhmmStep {
+    /// The context: what the step is about.
+    pub context: usize,
+    /// x_t, shape (m).
+    pub regressors: Vec<f64>,
+    /// y_t, shape (d).
+    pub target: Vec<f64>,
+    /// Whether the phase can end after it. If the segmentation is known, it cannot end inside a segment, and τ is 0
+    /// there.
+    pub can_end: bool,
+    /// φ of the state that the step reached.
+    pub exit_features: Vec<f64>,
+    /// ψ of the state that the step reached.
+    pub entry_features: Vec<f64>,
+}
+
+/// A sequence of steps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StarhmmSequence {
+    /// The phase that had ended when the sequence began. `None` if nothing had run.
+    pub origin: Option<usize>,
+    /// ψ of the state in which it began.
+    pub entry_features: Vec<f64>,
+    /// The steps, at least one.
+    pub steps: Vec<StarhmmStep>,
+    /// Whether [`END`] follows. Otherwise the sequence just stops.
+    pub ends: bool,
+}
 
 /// The end of a sequence, as a child.
 pub const END: usize = usize::MAX;

@@ -23,23 +23,27 @@
 //! which is within two millimetres of the original policy.
 
 pub mod mixture;
-mod points;
 
 use nalgebra::{Matrix6, Vector6};
 use serde::Serialize;
 
-pub use points::{DIMENSIONS, Point};
-
 use self::mixture::{CovariancePrior, Mixture, fit, regress};
-use super::alignment::Stop;
+use super::alignment::{Stop, align};
 use super::refine::{Refine, RefinedKeyframe};
 use crate::demonstration::Pose;
 use crate::error::SituError;
 use crate::keyframe::policy::KeyframePolicy;
-use crate::keyframe::pose::{exp, karcher_mean};
+use crate::keyframe::pose::{exp, karcher_mean, log};
 use crate::segment::{RelativeKeyframe, Segment};
 use crate::trace::Counters;
 
+/// The numbers of a point.
+pub const DIMENSIONS: usize = 8;
+/// Phase 0 to 1, contact 0 or 1, and the pose in the tangent space at the base: metres (3), radians (3).
+pub type Point = [f64; DIMENSIONS];
+
+/// The points of a leg, the later keyframe included.
+const POINTS_A_LEG: usize = 5;
 /// The weight of all corrections together, where that of the originals is 1. With a weight of 1, a keyframe that is
 /// moved by 12 cm ends 6 cm short. With nine it is 1.2 cm short, which a grasp tolerates.
 pub const CORRECTED_WEIGHT: f64 = 9.0;
@@ -117,7 +121,7 @@ impl Refine for TactileGmr {
         let stops = primitive.stops();
         for segment in segments {
             counters.segments_touched += 1;
-            primitive.points.extend(points::of(&stops, &primitive.base, &segment.keyframes));
+            primitive.points.extend(points_of(&stops, &primitive.base, &segment.keyframes));
         }
         primitive.refit(counters)?;
         Ok(primitive)
@@ -130,7 +134,7 @@ impl Refine for TactileGmr {
         counters: &mut Counters,
     ) -> Result<(), SituError> {
         counters.segments_touched += 1;
-        let points = points::of(&primitive.stops(), &primitive.base, &shown.keyframes);
+        let points = points_of(&primitive.stops(), &primitive.base, &shown.keyframes);
         if points.is_empty() {
             return Ok(());
         }
@@ -141,7 +145,7 @@ impl Refine for TactileGmr {
     fn keyframes(&self, primitive: &MixturePrimitive) -> Vec<RefinedKeyframe> {
         let stops = primitive.stops();
         let keyframe = |(index, original): (usize, &RelativeKeyframe)| {
-            let input = points::input(&stops, index);
+            let input = input(&stops, index);
             let (mean, covariance) = regress::<2, 6, DIMENSIONS>(&primitive.mixture, &input);
             RefinedKeyframe {
                 mean: RelativeKeyframe { pose: exp(&primitive.base, &Vector6::from(mean)), ..*original },
@@ -150,4 +154,70 @@ impl Refine for TactileGmr {
         };
         primitive.original.iter().enumerate().map(keyframe).collect()
     }
+}
+
+fn contact(stop: &Stop) -> f64 {
+    if stop.is_closed() { 1.0 } else { 0.0 }
+}
+
+/// The phase of keyframe `index` of `count`.
+fn phase(index: f64, count: usize) -> f64 {
+    index / count.saturating_sub(1).max(1) as f64
+}
+
+/// The input at keyframe `index` of the primitive: its phase, and the contact on the way there.
+fn input(stops: &[Stop], index: usize) -> [f64; 2] {
+    [phase(index as f64, stops.len()), contact(&stops[index.saturating_sub(1)])]
+}
+
+/// The phase of each shown keyframe. `None` if it is beyond the primitive.
+fn phases(stops: &[Stop], shown: &[Stop]) -> Vec<Option<f64>> {
+    let mut knots = align(stops, shown);
+    let (last, last_shown) = (stops.len() - 1, shown.len() - 1);
+    // From the first partner back to the beginning, and from the last on to the end, if both have something there.
+    if knots.first().is_none_or(|(i, j)| *i > 0 && *j > 0) {
+        knots.insert(0, (0, 0));
+    }
+    if knots.last().is_none_or(|(i, j)| *i < last && *j < last_shown) {
+        knots.push((last, last_shown));
+    }
+    let mut phases = vec![None; shown.len()];
+    for pair in knots.windows(2) {
+        let ((i, j), (next, next_shown)) = (pair[0], pair[1]);
+        let steps = (next_shown - j).max(1) as f64;
+        for (step, known) in phases[j..=next_shown].iter_mut().enumerate() {
+            *known = Some(phase(i as f64 + step as f64 / steps * (next - i) as f64, stops.len()));
+        }
+    }
+    if let [(i, j)] = knots[..] {
+        phases[j] = Some(phase(i as f64, stops.len()));
+    }
+    phases
+}
+
+/// The points of a segment with these keyframes, at least one, for a primitive with these stops, at least one. `base`
+/// is the pose at which the tangent space is taken.
+fn points_of(stops: &[Stop], base: &Pose, keyframes: &[RelativeKeyframe]) -> Vec<Point> {
+    let shown: Vec<Stop> = keyframes.iter().map(Stop::from).collect();
+    let point = |phase: f64, contact: f64, pose: &Pose| -> Point {
+        let tangent = log(base, pose);
+        [phase, contact, tangent[0], tangent[1], tangent[2], tangent[3], tangent[4], tangent[5]]
+    };
+    let mut points = Vec::new();
+    let mut before: Option<(f64, &Stop)> = None;
+    for (phase, stop) in phases(stops, &shown).into_iter().zip(&shown) {
+        let Some(phase) = phase else { continue };
+        match before {
+            None => points.push(point(phase, contact(stop), &stop.pose)),
+            Some((from, start)) => {
+                let leg = log(&start.pose, &stop.pose);
+                points.extend((1..=POINTS_A_LEG).map(|step| {
+                    let share = step as f64 / POINTS_A_LEG as f64;
+                    point(from + share * (phase - from), contact(start), &exp(&start.pose, &(leg * share)))
+                }));
+            }
+        }
+        before = Some((phase, stop));
+    }
+    points
 }
