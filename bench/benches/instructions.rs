@@ -2,7 +2,7 @@
 //! on them.
 //!
 //! Each is counted by itself and once, without the code that makes its input and checks its result. The counts are held
-//! against `results/baselines/instructions.json` as [`situ_bench::gate::instructions`] says: the bench fails where a
+//! against `results/baselines/instructions.json` as [`situ_bench::gate`] says: the bench fails where a
 //! count is more than 2 % above it. Every run also tries whether the gate would see a change: one more iteration of EM
 //! must be a regression of the fit. Nothing is counted, and a message says so, without valgrind or without gungraun's
 //! runner in the version of `Cargo.lock`.
@@ -35,11 +35,8 @@ use situ::trace::Trace;
 use situ_bench::cost::{Subject, corrected};
 use situ_bench::error::BenchError;
 use situ_bench::files;
-use situ_bench::gate::callgrind;
-use situ_bench::gate::gungraun::counted;
-use situ_bench::gate::instructions::InstructionBaseline;
-use situ_bench::gate::origin::Origin;
-use situ_bench::gate::verdict::Verdict;
+use situ_bench::gate::valgrind::{self, counted};
+use situ_bench::gate::{InstructionBaseline, Origin, Verdict};
 use situ_bench::synthetic::{Parameters, Planted};
 
 use inputs::{Divergence, Fitting, Regression, Scoring, Screening};
@@ -152,7 +149,7 @@ fn main() -> ExitCode {
     }
     let wanted = runner();
     let found = Command::new(RUNNER).arg("--version").output().map(|output| output.stdout).unwrap_or_default();
-    if !callgrind::is_possible() || String::from_utf8_lossy(&found).trim() != wanted {
+    if !valgrind::is_possible() || String::from_utf8_lossy(&found).trim() != wanted {
         println!("Instructions were not counted: valgrind or {wanted} is not here.");
         return ExitCode::SUCCESS;
     }

@@ -17,7 +17,7 @@ use crate::cost;
 use crate::error::BenchError;
 use crate::evaluation::{Evaluation, Until};
 use crate::lesson::Lesson;
-use crate::record::{CorrectionRecord, RunRecord, TotalEffort};
+use crate::record::{CorrectionRecord, RunRecord, StepSummary, TotalEffort, count};
 use crate::rollout::{Ended, Rollout, Watched, rollout};
 use crate::stop::{self, StopPoint};
 use crate::teaching::ATTEMPTS;
@@ -95,7 +95,20 @@ impl<'a> Robot<'a> {
         }
         self.lesson.corrected(&before, last, interrupted, demonstration);
         let made = difference(&before, &self.model.graph());
-        Ok(CorrectionRecord::new(trigger, stop::reference(&before, last), effort, &made, &trace, update_seconds))
+        Ok(CorrectionRecord {
+            failure: trigger,
+            last: stop::reference(&before, last),
+            effort,
+            edit_made: made.edit(),
+            nodes_added: count(made.nodes_added.len()),
+            edges_added: count(made.edges_added.len()),
+            nodes_modified: count(made.nodes_modified.len()),
+            nodes_merged: count(made.nodes_merged),
+            steps: trace.steps.iter().map(StepSummary::from).collect(),
+            counters: trace.counters,
+            after: None,
+            update_seconds,
+        })
     }
 }
 

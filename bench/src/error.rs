@@ -32,10 +32,10 @@ pub enum BenchError {
         /// The system's reason.
         source: io::Error,
     },
-    /// A line of a ledger that is not a record.
+    /// A line of a ledger, a protocol file or a baseline with a mistake.
     #[error("{}:{line}: {problem}", path.display())]
-    Ledger {
-        /// The ledger.
+    Malformed {
+        /// The file.
         path: PathBuf,
         /// The line, from 1.
         line: usize,
@@ -117,16 +117,6 @@ pub enum BenchError {
         /// The learner's error.
         source: SituError,
     },
-    /// A mistake in a protocol file.
-    #[error("{}:{line}: {problem}", path.display())]
-    Protocol {
-        /// The file.
-        path: PathBuf,
-        /// The line, from 1.
-        line: usize,
-        /// What is wrong, with the key, and what was expected.
-        problem: String,
-    },
     /// Records or tables that are not those of the checked folder.
     #[error(
         "{} {what} differ from the checked folder, the first: {}",
@@ -137,16 +127,6 @@ pub enum BenchError {
         what: &'static str,
         /// The names of those that differ.
         names: Vec<String>,
-    },
-    /// A file that is no baseline.
-    #[error("{}:{line}: {problem}", path.display())]
-    Baseline {
-        /// The file.
-        path: PathBuf,
-        /// The line, from 1.
-        line: usize,
-        /// What is wrong, and what was expected.
-        problem: String,
     },
     /// Instructions that could not be counted.
     #[error("valgrind: {problem}")]

@@ -72,7 +72,7 @@ fn records(path: &Path, text: &[u8]) -> Result<(Vec<Record>, usize), BenchError>
     let mut records = Vec::new();
     let mut sound = 0;
     for (index, bytes) in text.split_inclusive(|byte| *byte == b'\n').enumerate() {
-        let refuse = |problem| BenchError::Ledger { path: path.to_owned(), line: index + 1, problem };
+        let refuse = |problem| BenchError::Malformed { path: path.to_owned(), line: index + 1, problem };
         // A text ends too early if and only if it is the beginning of a JSON object.
         let ends_early = || serde_json::from_slice::<Value>(bytes).is_err_and(|error| error.is_eof());
         if bytes.last() != Some(&b'\n') && ends_early() {
@@ -92,7 +92,7 @@ fn torn_warning(path: &Path, line: usize) -> String {
 /// Reads a ledger.
 ///
 /// # Errors
-/// [`BenchError::Read`]; [`BenchError::Ledger`] for a line that is not a record, except a torn last one.
+/// [`BenchError::Read`]; [`BenchError::Malformed`] for a line that is not a record, except a torn last one.
 pub fn read(path: &Path) -> Result<Contents, BenchError> {
     let text = fs::read(path).map_err(|source| BenchError::Read { path: path.to_owned(), source })?;
     let (records, sound) = records(path, &text)?;

@@ -154,7 +154,7 @@ impl Protocol {
     pub fn parse(text: &str, path: &Path) -> Result<Self, BenchError> {
         let mut protocol: Self = toml::from_str(text).map_err(|error| {
             let offset = error.span().map_or(0, |span| span.start);
-            BenchError::Protocol {
+            BenchError::Malformed {
                 path: path.to_owned(),
                 line: line_of(text, offset),
                 problem: error.message().to_owned(),
@@ -163,7 +163,7 @@ impl Protocol {
         let refuse = |key: &str, expected: &str| {
             let last = key.rsplit('.').next().unwrap_or(key);
             let line = text.lines().position(|line| line.trim_start().starts_with(last)).map_or(1, |index| index + 1);
-            Err(BenchError::Protocol { path: path.to_owned(), line, problem: format!("`{key}`: expected {expected}") })
+            Err(BenchError::Malformed { path: path.to_owned(), line, problem: format!("`{key}`: expected {expected}") })
         };
         if !(protocol.target > 0.0 && protocol.target <= 1.0) {
             return refuse("target", "a rate above 0 and at most 1");

@@ -153,59 +153,6 @@ pub fn power_law(points: &[(f64, f64)]) -> Option<PowerLaw> {
     Some(PowerLaw { log_factor: y - value * x, exponent })
 }
 
-/// The interquartile mean of per-run scores pooled over tasks: a quarter of the values, rounded down, is left out at
-/// each end (Agarwal et al. 2021). `None` where there is no score.
-pub fn interquartile_mean(scores: &[f64]) -> Option<f64> {
-    let mut sorted = scores.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let cut = sorted.len() / 4;
-    mean(&sorted[cut..sorted.len() - cut])
-}
-
-/// The probability that a run of X scores above a run of Y on one task, ties counted half, averaged over tasks
-/// (Agarwal et al. 2021). Each task is one pair of slices. `None` where there is no task, or a task without runs.
-pub fn probability_of_improvement(tasks: &[(&[f64], &[f64])]) -> Option<f64> {
-    let on_task = |(x, y): &(&[f64], &[f64])| {
-        let wins = x.iter().flat_map(|x| y.iter().map(move |y| if x > y { 1.0 } else { f64::from(x == y) / 2.0 }));
-        mean(&wins.collect::<Vec<_>>())
-    };
-    mean(&tasks.iter().map(on_task).collect::<Option<Vec<_>>>()?)
-}
-
-/// Learning and forgetting over a sequence of tasks.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Retention {
-    /// Forward transfer: (1/N) Σ r_{n|n}.
-    pub forward: f64,
-    /// Negative backward transfer: (1/(N−1)) Σ_{n<N} (1/(N−n)) Σ_{m>n} (r_{n|n} − r_{n|m}); `None` where there is one
-    /// task alone.
-    pub negative_backward: Option<f64>,
-    /// Area under the success curve: (1/N) Σ_n (1/(N−n+1)) Σ_{m≥n} r_{n|m}.
-    pub area: f64,
-}
-
-/// Retention from a lower triangle: `rates[m][n]` is r_{n|m}, the success on task n after task m was learned, n ≤ m.
-/// `None` where it is empty or row m has not m + 1 entries.
-pub fn retention(rates: &[Vec<f64>]) -> Option<Retention> {
-    let triangle = rates.iter().enumerate().all(|(after, row)| row.len() == after + 1);
-    if !triangle {
-        return None;
-    }
-    let tasks = 0..rates.len();
-    let later = |task: usize, from: usize| rates[from..].iter().map(move |row| row[task]);
-    let own: Vec<f64> = tasks.clone().map(|task| rates[task][task]).collect();
-    let lost = tasks.clone().filter(|task| task + 1 < rates.len()).map(|task| {
-        let losses = later(task, task + 1).map(|rate| own[task] - rate);
-        mean(&losses.collect::<Vec<_>>())
-    });
-    let areas = tasks.map(|task| mean(&later(task, task).collect::<Vec<_>>()));
-    Some(Retention {
-        forward: mean(&own)?,
-        negative_backward: mean(&lost.collect::<Option<Vec<_>>>()?),
-        area: mean(&areas.collect::<Option<Vec<_>>>()?)?,
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
@@ -220,16 +167,6 @@ mod tests {
     fn the_reference_values() {
         let (low, high) = wilson(20, 20);
         assert_eq!((format!("{low:.3}"), high), ("0.839".to_owned(), 1.0));
-        let x = [1.0, 2.0, 2.0, 2.0, 1.0, 1.0, 2.0, 1.0];
-        let y = [1.0, 1.0, 2.0, 2.0, 3.0, 3.0];
-        assert_eq!((interquartile_mean(&x), interquartile_mean(&y)), (Some(1.5), Some(2.0)));
-        let tasks: [(&[f64], &[f64]); 2] =
-            [(&[1.0, 2.0, 1.0, 2.0], &[1.0, 2.0, 3.0]), (&[2.0, 2.0, 1.0, 1.0], &[1.0, 2.0, 3.0])];
-        close(probability_of_improvement(&tasks).unwrap(), 1.0 / 3.0);
-        let retention = retention(&[vec![0.8], vec![0.6, 0.9]]).unwrap();
-        close(retention.forward, 0.85);
-        close(retention.negative_backward.unwrap(), 0.20);
-        close(retention.area, 0.80);
     }
 
     /// The ends of the Wilson interval solve (p̂ − p)² = z² p (1 − p) / n: an oracle that does not use the formula.

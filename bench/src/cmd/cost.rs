@@ -13,10 +13,7 @@ use crate::cmd::run::Run;
 use crate::cost::Subject;
 use crate::error::BenchError;
 use crate::files;
-use crate::gate::callgrind;
-use crate::gate::origin::Origin;
-use crate::gate::verdict::Verdict;
-use crate::gate::work::{Judged, MeasuredUpdate, WorkBaseline};
+use crate::gate::{Judged, MeasuredUpdate, Origin, Verdict, WorkBaseline, valgrind};
 use crate::protocol::Protocol;
 use crate::record::{CostRecord, Record};
 use crate::tables;
@@ -96,7 +93,7 @@ impl Cost {
             Record::Run(_) => None,
         });
         let mut rows: Vec<MeasuredUpdate> = costs.collect();
-        let counts = !self.without_instructions && callgrind::is_possible();
+        let counts = !self.without_instructions && valgrind::is_possible();
         if counts {
             self.count_instructions(&mut rows)?;
             printed.push_str(&instruction_table(&rows));
@@ -133,7 +130,7 @@ impl Cost {
         for ((series, method, nodes, originals), seed) in first {
             let words = [series.clone(), method.clone(), nodes.to_string(), originals.to_string(), seed.to_string()];
             let arguments = ["cost", "--protocol", &self.protocol, "--one"].map(str::to_owned);
-            let counts = callgrind::count(&program, &[&arguments[..], &words].concat())?;
+            let counts = valgrind::count(&program, &[&arguments[..], &words].concat())?;
             for (edit, count) in Edit::ALL.into_iter().zip(counts) {
                 let name = (series.clone(), method.clone(), nodes, originals);
                 let is_it = |row: &&mut MeasuredUpdate| {

@@ -1,6 +1,131 @@
-//! Columns: a name, a shape, and the cell of each row.
+//! Cells of a table and the columns that make them.
 
-use super::cell::Cell;
+use std::collections::BTreeMap;
+
+use situ::edit::Edit;
+use situ::trace::Counters;
+
+use crate::record::Rate;
+use crate::stats::{self, Estimate};
+
+/// How an estimate stands to the truth where runs were censored at their budget.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Bound {
+    Exact,
+    AtLeast,
+    AtMost,
+    Unknown,
+}
+
+impl Bound {
+    /// The bound of a ratio. Its numerator and its denominator are known exactly, or are lower bounds.
+    pub(super) const fn of(numerator_is_exact: bool, denominator_is_exact: bool) -> Self {
+        match (numerator_is_exact, denominator_is_exact) {
+            (true, true) => Self::Exact,
+            (false, true) => Self::AtLeast,
+            (true, false) => Self::AtMost,
+            (false, false) => Self::Unknown,
+        }
+    }
+
+    pub(super) const fn mark(self) -> &'static str {
+        match self {
+            Self::Exact => "",
+            Self::AtLeast => "≥",
+            Self::AtMost => "≤",
+            Self::Unknown => "~",
+        }
+    }
+}
+
+/// The content of a row under a column.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Cell {
+    Text(String),
+    Count(usize),
+    Number(f64),
+    Rate(Rate),
+    Estimate(Estimate, Bound),
+    Nothing,
+}
+
+impl From<&str> for Cell {
+    fn from(text: &str) -> Self {
+        Self::Text(text.to_owned())
+    }
+}
+
+impl From<usize> for Cell {
+    fn from(count: usize) -> Self {
+        Self::Count(count)
+    }
+}
+
+impl From<u32> for Cell {
+    fn from(count: u32) -> Self {
+        Self::Count(count as usize)
+    }
+}
+
+/// A cell of a value that may be missing.
+pub(super) fn some<T>(value: Option<T>, cell: impl FnOnce(T) -> Cell) -> Cell {
+    value.map_or(Cell::Nothing, cell)
+}
+
+/// Rates pooled over their rollouts; nothing where there was no rollout.
+pub(super) fn rate(rates: impl Iterator<Item = Rate>) -> Cell {
+    let pooled: Rate = rates.sum();
+    if pooled.rollouts == 0 { Cell::Nothing } else { Cell::Rate(pooled) }
+}
+
+/// The share of things that are so, as a rate.
+pub(super) fn share(of: impl Iterator<Item = bool>) -> Cell {
+    rate(of.map(Rate::from))
+}
+
+/// The median without an interval.
+pub(super) fn middle(values: impl IntoIterator<Item = f64>) -> Cell {
+    some(stats::median(&values.into_iter().collect::<Vec<_>>()), Cell::Number)
+}
+
+/// An estimate whose data are exact.
+pub(super) fn estimate(estimate: Option<Estimate>) -> Cell {
+    some(estimate, |estimate| Cell::Estimate(estimate, Bound::Exact))
+}
+
+/// A statistic of the values, with a bootstrap interval.
+fn drawn(values: impl IntoIterator<Item = f64>, seed: u64, statistic: fn(&[f64]) -> Option<f64>) -> Cell {
+    let values: Vec<f64> = values.into_iter().collect();
+    let of = |drawn: &[usize]| statistic(&drawn.iter().map(|index| values[*index]).collect::<Vec<_>>());
+    estimate(stats::bootstrap(values.len(), seed, of))
+}
+
+/// The median, with a bootstrap interval.
+pub(super) fn median(values: impl IntoIterator<Item = f64>, seed: u64) -> Cell {
+    drawn(values, seed, stats::median)
+}
+
+/// The mean, with a bootstrap interval.
+pub(super) fn mean(values: impl IntoIterator<Item = f64>, seed: u64) -> Cell {
+    drawn(values, seed, stats::mean)
+}
+
+/// The restricted mean over runs. Each is its spending, and whether it used its budget up.
+pub(super) fn spent(of: impl Iterator<Item = (f64, bool)>, seed: u64) -> Cell {
+    some(stats::restricted_mean(&of.collect::<Vec<_>>(), seed), |mean| {
+        Cell::Estimate(mean.estimate, Bound::of(mean.censored == 0, true))
+    })
+}
+
+/// How often each edit was made, in words.
+pub(super) fn made(edits: impl Iterator<Item = Edit>) -> Cell {
+    let mut counts: BTreeMap<Edit, usize> = BTreeMap::new();
+    for edit in edits {
+        *counts.entry(edit).or_default() += 1;
+    }
+    let words: Vec<String> = counts.iter().map(|(edit, count)| format!("{edit} {count}")).collect();
+    if words.is_empty() { Cell::Nothing } else { Cell::Text(words.join(", ")) }
+}
 
 /// The content of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,4 +190,26 @@ impl<'a, R> Columns<'a, R> {
         self.0.push(Column { head, cell: Box::new(move |row| cell(row).into()) });
         self
     }
+}
+
+pub(super) const MILLISECONDS_PER_SECOND: f64 = 1000.0;
+
+/// The exact counters, in the order of [`Counters::named`].
+pub(super) const COUNTERS: [&str; 7] = [
+    "hmm_fits",
+    "em_iterations",
+    "divergences",
+    "classifier_fits",
+    "classifier_evaluations",
+    "nodes_touched",
+    "segments_touched",
+];
+
+/// And a column for the median of each counter; `of` are the counters of a row's updates.
+pub(super) fn medians<'a, R>(columns: Columns<'a, R>, of: impl Fn(&R) -> Vec<Counters> + Copy + 'a) -> Columns<'a, R> {
+    COUNTERS.into_iter().enumerate().fold(columns, |columns, (index, name)| {
+        columns.column(name, Shape::Number(1), move |row| {
+            middle(of(row).iter().map(|counters| counters.named()[index].1 as f64))
+        })
+    })
 }

@@ -5,12 +5,9 @@ use situ::edit::Edit;
 use situ::method::Role;
 use situ::structure::Structure;
 
-use super::cell::{mean, seed, share};
-use super::column::{Columns, Shape};
-use super::method_name::{MethodName, Methods};
-use super::publication::Publication;
-use super::row::{self, rows};
-use super::table::{Table, Title};
+use super::column::{Columns, Shape, mean, share};
+use super::rows::{self, MethodKey, method_columns, method_key, role, rows};
+use super::table::{Publication, Table, Title};
 use crate::ledger::Canonical;
 use crate::record::{Record, RunRecord};
 
@@ -35,7 +32,7 @@ const TITLE: Title = Title {
 };
 
 /// Protocol, method, and the edit that the variation needs.
-type Row<'a> = row::Row<(&'a str, MethodName<'a>, Edit), &'a RunRecord>;
+type Row<'a> = rows::Row<MethodKey<'a>, &'a RunRecord>;
 
 /// Columns of edits made, in the order of [`Edit::ALL`], and of the share that was right.
 type Made = ([&'static str; 4], &'static str, fn(&RunRecord) -> Vec<Edit>);
@@ -58,10 +55,7 @@ const STRUCTURE: [Measure; 3] = [
 ];
 
 fn columns<'a>() -> Columns<'a, Row<'a>> {
-    let columns = Columns::<Row<'a>>::new()
-        .text("protocol", |row| row.key.0)
-        .text("method", |row| row.key.1.name)
-        .text("edit_needed", |row| row.key.2.name())
+    let columns = method_columns::<Row<'a>>(|row| row.key)
         .count("runs", |row| row.of.len())
         .count("uncorrected", |row| row.of.iter().filter(|run| run.corrections.is_empty()).count());
     let columns = MADE.into_iter().fold(columns, |columns, (names, right, made)| {
@@ -73,18 +67,15 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
     });
     STRUCTURE.into_iter().fold(columns, |columns, (name, measure)| {
         columns.column(name, Shape::Estimate(2), move |row| {
-            let (protocol, method, needed) = row.key;
-            let scores: Vec<f64> = row.of.iter().filter_map(|run| measure(run.structure.as_ref()?)).collect();
-            mean(&scores, seed(&format!("t3/{protocol}/{}/{needed}", method.name), name))
+            mean(row.of.iter().filter_map(|run| measure(run.structure.as_ref()?)), row.seed(name))
         })
     })
 }
 
 fn table(records: &Canonical) -> Table {
-    let methods = Methods::listed();
     let runs = records.iter().filter_map(Record::single_run);
-    let counted = runs.filter(|run| run.outcome.counts() && methods.role(&run.key.method) != Role::FromScratch);
-    let rows: Vec<Row> =
-        rows(counted.map(|run| ((&*run.key.protocol, methods.name(&run.key.method), run.key.edit), run)));
+    let counted = runs.filter(|run| run.outcome.counts() && role(&run.key.method) != Role::FromScratch);
+    let label = |(protocol, method, needed): &MethodKey<'_>| format!("t3/{protocol}/{method}/{needed}");
+    let rows: Vec<Row> = rows(counted.map(|run| (method_key(run), run)), label);
     Table::new(TITLE, columns(), &rows, rows.iter().map(|row| (row.key.0, row.of.len())))
 }

@@ -1,17 +1,12 @@
 //! Every method beside every edit: success, demonstrations, and what an update costs against SITU's.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
-use situ::edit::Edit;
-
-use super::cell::{Bound, Cell, median, rate, seed, share, some, spent};
-use super::column::{Columns, Shape};
-use super::method_name::{MethodName, Methods};
-use super::publication::Publication;
-use super::row::rows;
-use super::table::{Table, Title};
+use super::column::{Cell, Columns, MILLISECONDS_PER_SECOND, Shape, median, rate, share, spent};
+use super::rows::{Compared, MethodKey, compared, method_columns, method_key, uncounted};
+use super::table::{Publication, Table, Title};
 use crate::ledger::Canonical;
-use crate::record::{Key, Outcome, Record, RunRecord};
+use crate::record::RunRecord;
 use crate::stats;
 
 /// The publication.
@@ -38,99 +33,41 @@ const TITLE: Title = Title {
 /// The method that others are compared with.
 const SITU: &str = "situ";
 
-/// A run but for its method.
-type Partner<'a> = (&'a str, &'a str, &'a str, &'a str, u64);
+type Row<'a> = Compared<'a, MethodKey<'a>>;
 
-fn partner(key: &Key) -> Partner<'_> {
-    (&key.protocol, &key.task, &key.variation, &key.teacher, key.seed)
+/// The number of tasks, variations and teachers.
+fn cells(row: &Row) -> usize {
+    let keys = row.row.of.iter().map(|run| &run.key);
+    keys.map(|key| (&key.task, &key.variation, &key.teacher)).collect::<BTreeSet<_>>().len()
 }
 
-struct Row<'a> {
-    protocol: &'a str,
-    method: MethodName<'a>,
-    edit: Edit,
-    runs: Vec<&'a RunRecord>,
-    /// Those of the runs that say something about the method.
-    counted: Vec<&'a RunRecord>,
-    /// Each of these and the run of `situ` in its place; none in the row of `situ`.
-    beside: Vec<(&'a RunRecord, &'a RunRecord)>,
-}
-
-impl Row<'_> {
-    /// The number of tasks, variations and teachers.
-    fn cells(&self) -> usize {
-        let keys = self.runs.iter().map(|run| &run.key);
-        let mut cells: Vec<_> = keys.map(|key| (&key.task, &key.variation, &key.teacher)).collect();
-        cells.sort_unstable();
-        cells.dedup();
-        cells.len()
-    }
-
-    fn outcomes(&self, is: fn(&Outcome) -> bool) -> usize {
-        self.runs.iter().filter(|run| is(&run.outcome)).count()
-    }
-
-    /// The ratio of demonstrations to those of `situ`.
-    fn demonstrations_to_situ(&self) -> Cell {
-        let pairs: Vec<_> = self.beside.iter().map(|(run, situ)| (demonstrations(run), demonstrations(situ))).collect();
-        let own = self.beside.iter().all(|(run, _)| run.is_reached());
-        let bound = Bound::of(own, self.beside.iter().all(|(_, situ)| situ.is_reached()));
-        some(stats::paired_ratio(&pairs, self.seed("ratio")), |ratio| Cell::Estimate(ratio, bound))
-    }
-
-    /// The ratio of the time of an update to that of `situ`.
-    fn time_to_situ(&self) -> Cell {
-        let ratios = self.beside.iter().filter_map(|(run, situ)| Some(update_seconds(run)? / update_seconds(situ)?));
-        median(&ratios.filter(|ratio| ratio.is_finite()).collect::<Vec<_>>(), self.seed("time ratio"))
-    }
-
-    /// The seed of the bootstrap of a quantity.
-    fn seed(&self, quantity: &str) -> u64 {
-        seed(&format!("methods/{}/{}/{}", self.protocol, self.method.name, self.edit), quantity)
-    }
+/// The ratio of the time of an update to that of `situ`.
+fn time_to_situ(row: &Row) -> Cell {
+    let ratios = row.pairs.iter().filter_map(|(run, situ)| Some(update_seconds(run)? / update_seconds(situ)?));
+    median(ratios.filter(|ratio| ratio.is_finite()), row.row.seed("time ratio"))
 }
 
 fn columns<'a>() -> Columns<'a, Row<'a>> {
-    Columns::<Row<'a>>::new()
-        .text("protocol", |row| row.protocol)
-        .text("method", |row| row.method.name)
-        .text("edit_needed", |row| row.edit.name())
-        .count("cells", Row::cells)
-        .count("runs", |row| row.runs.len())
-        .count("not_applicable", |row| row.outcomes(|outcome| *outcome == Outcome::NotApplicable))
-        .count("untaught", |row| row.outcomes(|outcome| *outcome == Outcome::Untaught))
-        .count("spoilt", |row| row.outcomes(|outcome| matches!(outcome, Outcome::Spoilt { .. })))
+    let columns = method_columns::<Row<'a>>(|row| row.row.key).count("cells", cells);
+    uncounted(columns.count("runs", |row| row.row.of.len()))
         .column("reached", Shape::Rate, |row| share(row.counted.iter().map(|run| run.is_reached())))
         .column("after", Shape::Rate, |row| rate(row.counted.iter().filter_map(|run| run.after)))
         .column("demonstrations", Shape::Estimate(2), |row| {
             let of = row.counted.iter().map(|run| (demonstrations(run), !run.is_reached()));
-            spent(of, row.seed("demonstrations"))
+            spent(of, row.row.seed("demonstrations"))
         })
-        .column("demonstrations_to_situ", Shape::Estimate(2), Row::demonstrations_to_situ)
+        .column("demonstrations_to_situ", Shape::Estimate(2), |row| row.ratio(demonstrations, "ratio"))
         .wall("update_ms", Shape::Estimate(2), |row| {
-            let milliseconds = row.counted.iter().filter_map(|run| Some(1e3 * update_seconds(run)?));
-            median(&milliseconds.collect::<Vec<_>>(), row.seed("time"))
+            let times = row.counted.iter().filter_map(|run| Some(MILLISECONDS_PER_SECOND * update_seconds(run)?));
+            median(times, row.row.seed("time"))
         })
-        .wall("update_to_situ", Shape::Estimate(1), Row::time_to_situ)
+        .wall("update_to_situ", Shape::Estimate(1), time_to_situ)
 }
 
 fn table(records: &Canonical) -> Table {
-    let methods = Methods::listed();
-    let runs = || records.iter().filter_map(Record::single_run);
-    let by_situ = runs().filter(|run| run.key.method == SITU && run.outcome.counts());
-    let by_situ: BTreeMap<Partner, &RunRecord> = by_situ.map(|run| (partner(&run.key), run)).collect();
-    let rows = rows(runs().map(|run| ((&*run.key.protocol, methods.name(&run.key.method), run.key.edit), run)));
-    let rows: Vec<Row> = rows
-        .into_iter()
-        .map(|row| {
-            let ((protocol, method, edit), runs) = (row.key, row.of);
-            let counted: Vec<_> = runs.iter().copied().filter(|run| run.outcome.counts()).collect();
-            let beside = counted.iter().filter(|_| method.name != SITU);
-            let beside = beside.filter_map(|run| Some((*run, *by_situ.get(&partner(&run.key))?))).collect();
-            Row { protocol, method, edit, runs, counted, beside }
-        })
-        .collect();
-    Table::new(TITLE, columns(), &rows, rows.iter().map(|row| (row.protocol, row.runs.len())))
+    let label = |(protocol, method, edit): &MethodKey<'_>| format!("methods/{protocol}/{method}/{edit}");
+    let rows = compared(records, method_key, label, SITU, |run| run.key.method != SITU);
+    Table::new(TITLE, columns(), &rows, rows.iter().map(|row| (row.row.key.0, row.row.of.len())))
 }
 
 fn demonstrations(run: &RunRecord) -> f64 {

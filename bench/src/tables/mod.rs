@@ -6,27 +6,20 @@
 //!
 //! To add a table, declare a [`Publication`] in a file of its own here, and name it in [`ALL`].
 
-mod cell;
 mod column;
 mod comparison;
 mod cost;
-mod counters;
 mod edits;
 mod effort;
 mod growth;
-mod latency;
-mod method_name;
 mod methods;
-mod physics;
-mod publication;
 mod retention;
-mod row;
+mod rows;
 mod separate;
 mod table;
 
 pub use comparison::differs;
-pub use publication::Publication;
-pub use table::Table;
+pub use table::{Publication, Table};
 
 /// All publications, in order.
 pub const ALL: [&Publication; 6] =

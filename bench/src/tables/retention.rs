@@ -1,16 +1,12 @@
 //! T5: what a corrected model still does: the original task, and the variations it met before.
 
-use situ::edit::Edit;
 use situ::method::Role;
 
-use super::cell::{Cell, mean, rate, seed, some};
-use super::column::{Columns, Shape};
-use super::method_name::{MethodName, Methods};
-use super::publication::Publication;
-use super::row::{self, rows};
-use super::table::{Table, Title};
+use super::column::{Cell, Columns, Shape, mean, rate, some};
+use super::rows::{self, CellKey, role, rows};
+use super::table::{Publication, Table, Title};
 use crate::ledger::Canonical;
-use crate::record::{Record, RunRecord, Stage};
+use crate::record::{Record, RunRecord};
 
 /// The publication.
 pub(super) const T5: Publication = Publication {
@@ -29,19 +25,7 @@ const TITLE: Title = Title {
         seeds with a 95 % bootstrap interval, runs that used the budget up among them.",
 };
 
-/// A cell of the protocol, or a stage of a sequence; those that stand alone come first.
-#[derive(PartialEq, Eq, PartialOrd, Ord)]
-struct Key<'a> {
-    protocol: &'a str,
-    task: &'a str,
-    stage: Option<&'a Stage>,
-    variation: &'a str,
-    edit: Edit,
-    teacher: &'a str,
-    method: MethodName<'a>,
-}
-
-type Row<'a> = row::Row<Key<'a>, &'a RunRecord>;
+type Row<'a> = rows::Row<CellKey<'a>, &'a RunRecord>;
 
 fn columns<'a>() -> Columns<'a, Row<'a>> {
     Columns::<Row<'a>>::new()
@@ -60,24 +44,18 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
         .column("original_after", Shape::Rate, |row| rate(row.of.iter().filter_map(|run| run.retained)))
         .column("earlier", Shape::Rate, |row| rate(row.of.iter().flat_map(|run| run.earlier.values().copied())))
         .column("demonstrations", Shape::Estimate(1), |row| {
-            let Key { protocol, task, stage, variation, teacher, method, .. } = &row.key;
-            let label = format!("t5/{protocol}/{task}/{stage:?}/{variation}/{teacher}/{}", method.name);
-            let spent: Vec<f64> = row.of.iter().map(|run| f64::from(run.effort.demonstrations)).collect();
-            mean(&spent, seed(&label, "demonstrations"))
+            mean(row.of.iter().map(|run| f64::from(run.effort.demonstrations)), row.seed("demonstrations"))
         })
 }
 
 fn table(records: &Canonical) -> Table {
-    let methods = Methods::listed();
     let runs = records.iter().filter_map(|record| if let Record::Run(run) = record { Some(run) } else { None });
-    let counted = runs.filter(|run| {
-        run.outcome.counts() && run.retained.is_some() && methods.role(&run.key.method) != Role::FromScratch
-    });
-    let rows: Vec<Row> = rows(counted.map(|run| {
-        let key = &run.key;
-        let (protocol, task, variation, teacher) = (&*key.protocol, &*key.task, &*key.variation, &*key.teacher);
-        let (stage, method) = (key.stage.as_ref(), methods.name(&key.method));
-        (Key { protocol, task, stage, variation, edit: key.edit, teacher, method }, run)
-    }));
+    let counted =
+        runs.filter(|run| run.outcome.counts() && run.retained.is_some() && role(&run.key.method) != Role::FromScratch);
+    let label = |key: &CellKey<'_>| {
+        let CellKey { protocol, task, stage, variation, teacher, method, .. } = key;
+        format!("t5/{protocol}/{task}/{stage:?}/{variation}/{teacher}/{method}")
+    };
+    let rows: Vec<Row> = rows(counted.map(|run| (CellKey::from(run), run)), label);
     Table::new(TITLE, columns(), &rows, rows.iter().map(|row| (row.key.protocol, row.of.len())))
 }

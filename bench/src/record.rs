@@ -1,0 +1,403 @@
+//! One line of the ledger: a run in physics, or the cost of an update of a synthetic automaton.
+//!
+//! Every field is a function of the protocol, the key and the code. Only the fields named `update_seconds` hold the
+//! clock. [`Record::without_times`] sets those to 0, so that two ledgers can be compared byte for byte.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::iter::Sum;
+use std::ops::AddAssign;
+
+use serde::{Deserialize, Serialize};
+use situ::edit::Edit;
+use situ::structure::Structure;
+use situ::trace::{Branch, Counters, MatchedIn, Step};
+use situ_teachers::TeachingEffort;
+
+/// The version of the ledger's lines.
+pub const SCHEMA: u64 = 1;
+
+/// A line of the ledger.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+#[expect(clippy::large_enum_variant, reason = "nearly all records are runs: boxes would save no memory")]
+pub enum Record {
+    /// One run in physics.
+    Run(RunRecord),
+    /// One update of a synthetic automaton.
+    Cost(CostRecord),
+}
+
+impl Record {
+    /// The run, where it is one and stands alone: no stage of a sequence, whose model has seen other changes before.
+    pub fn single_run(&self) -> Option<&RunRecord> {
+        match self {
+            Self::Run(run) if run.key.stage.is_none() => Some(run),
+            _ => None,
+        }
+    }
+
+    /// The name that no other record has; it gives the order of a canonical ledger.
+    pub fn identity(&self) -> Identity {
+        match self {
+            Self::Run(run) => Identity::Run(run.key.clone()),
+            Self::Cost(cost) => cost.identity(),
+        }
+    }
+
+    /// The same record with its clock times set to 0. Two runs of one protocol must not differ in it.
+    pub fn without_times(&self) -> Self {
+        let mut record = self.clone();
+        match &mut record {
+            Self::Run(run) => run.corrections.iter_mut().for_each(|correction| correction.update_seconds = 0.0),
+            Self::Cost(cost) => cost.update_seconds = 0.0,
+        }
+        record
+    }
+}
+
+/// Names a run: the cell (task × edit × method × teacher) and the seed.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Key {
+    /// The protocol.
+    pub protocol: String,
+    /// The task.
+    pub task: String,
+    /// How the task was changed.
+    pub variation: String,
+    /// The edit that the variation needs.
+    pub edit: Edit,
+    /// The teacher's profile.
+    pub teacher: String,
+    /// The method.
+    pub method: String,
+    /// The seed of the run.
+    pub seed: u64,
+    /// The stage, where the run is one of a sequence.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stage: Option<Stage>,
+}
+
+/// A stage of a sequence of variations. Each is met with the model that the one before left.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stage {
+    /// The sequence.
+    pub sequence: String,
+    /// The place in it, from 1.
+    pub number: u32,
+}
+
+/// Names a record among all records: no two records of a ledger share it.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Identity {
+    /// A run in physics.
+    Run(Key),
+    /// An update of a synthetic automaton.
+    Cost {
+        /// The protocol.
+        protocol: String,
+        /// The series of the protocol.
+        series: String,
+        /// The method.
+        method: String,
+        /// The edit that was planted.
+        edit: Edit,
+        /// Nodes of the automaton.
+        nodes: u32,
+        /// Its original demonstrations.
+        originals: u32,
+        /// The seed of the automaton.
+        seed: u64,
+        /// The number of the correction.
+        correction: u32,
+    },
+}
+
+impl fmt::Display for Identity {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Run(Key { protocol, task, variation, teacher, method, seed, stage, edit: _ }) => {
+                write!(formatter, "{protocol}, {task}/{variation}")?;
+                if let Some(Stage { sequence, number }) = stage {
+                    write!(formatter, " (stage {number} of {sequence})")?;
+                }
+                write!(formatter, ", {teacher}, {method}, seed {seed}")
+            }
+            Self::Cost { protocol, series, method, edit, nodes, originals, seed, correction } => {
+                write!(
+                    formatter,
+                    "{protocol}, {series}, cost of {edit} at {nodes} nodes and {originals} originals, {method}, \
+                     seed {seed}"
+                )?;
+                if *correction > 0 { write!(formatter, ", correction {correction}") } else { Ok(()) }
+            }
+        }
+    }
+}
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// The target success rate was reached within the budget.
+    Reached,
+    /// The budget was used up first.
+    Censored,
+    /// The original task was never learned. Counted apart; it is the same for every method.
+    Untaught,
+    /// Physics failed (a body quarantined, NaN). Counted apart, and never as a failure of the method.
+    Spoilt {
+        /// The reason.
+        why: String,
+    },
+    /// The method has nothing to do in this cell.
+    NotApplicable,
+}
+
+impl Outcome {
+    /// Whether the run says something about the method: it reached the target or used the budget up.
+    pub fn counts(&self) -> bool {
+        matches!(self, Self::Reached | Self::Censored)
+    }
+}
+
+/// Successes among evaluation rollouts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rate {
+    /// Rollouts that succeeded.
+    pub successes: u32,
+    /// Rollouts.
+    pub rollouts: u32,
+}
+
+impl Sum for Rate {
+    fn sum<I: Iterator<Item = Self>>(rates: I) -> Self {
+        rates.fold(Self::default(), |sum, rate| Self {
+            successes: sum.successes + rate.successes,
+            rollouts: sum.rollouts + rate.rollouts,
+        })
+    }
+}
+
+impl From<bool> for Rate {
+    /// One rollout, and whether it succeeded.
+    fn from(is_success: bool) -> Self {
+        Self { successes: u32::from(is_success), rollouts: 1 }
+    }
+}
+
+/// The effort of teaching: number and length of demonstrations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TotalEffort {
+    /// Demonstrations.
+    pub demonstrations: u32,
+    /// Keyframes over all of them.
+    pub keyframes: u32,
+    /// Simulated seconds over all of them.
+    pub seconds: f64,
+    /// Path length of the gripper over all of them, metres.
+    pub metres: f64,
+}
+
+impl From<&TeachingEffort> for TotalEffort {
+    /// The effort of one demonstration.
+    fn from(effort: &TeachingEffort) -> Self {
+        let TeachingEffort { keyframes, seconds, metres } = *effort;
+        Self { demonstrations: 1, keyframes, seconds, metres }
+    }
+}
+
+impl AddAssign for TotalEffort {
+    fn add_assign(&mut self, other: Self) {
+        self.demonstrations += other.demonstrations;
+        self.keyframes += other.keyframes;
+        self.seconds += other.seconds;
+        self.metres += other.metres;
+    }
+}
+
+/// The corrected model against the pooled one: what `rebuild` makes of the same demonstrations at once.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pooled {
+    /// Success of the corrected model on the changed task, from starts that did not decide about any correction.
+    pub separate: Rate,
+    /// Success of the pooled model, from the same starts.
+    #[serde(rename = "joint")]
+    pub pooled: Rate,
+    /// Success of the pooled model on the original task, from the starts of [`RunRecord::retained`].
+    pub retained: Rate,
+    /// The structure of the pooled model.
+    pub structure: Option<Structure>,
+}
+
+/// One run in physics.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunRecord {
+    /// Which run.
+    pub key: Key,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// The effort of teaching the original task.
+    pub original: TotalEffort,
+    /// Success of the original model on the changed task.
+    pub before: Option<Rate>,
+    /// Success on the changed task at the end.
+    pub after: Option<Rate>,
+    /// Corrective (or from-scratch) demonstrations until the target was reached or the budget used up.
+    pub effort: TotalEffort,
+    /// The corrections in order.
+    pub corrections: Vec<CorrectionRecord>,
+    /// How the last evaluation's rollouts ended, by name.
+    pub ended: BTreeMap<String, u32>,
+    /// Success on the original task before the corrections.
+    pub original_rate: Option<Rate>,
+    /// Success on the original task after the corrections, from the same starts as before.
+    pub retained: Option<Rate>,
+    /// The structure of the corrected model, against what the teacher meant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub structure: Option<Structure>,
+    /// The comparison with the pooled model, where the protocol asks for it and there was a correction.
+    #[serde(default, rename = "joint", skip_serializing_if = "Option::is_none")]
+    pub pooled: Option<Pooled>,
+    /// In a sequence: success on the variations of the earlier stages, after this one.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub earlier: BTreeMap<String, Rate>,
+}
+
+impl RunRecord {
+    /// Whether the target was reached.
+    pub fn is_reached(&self) -> bool {
+        self.outcome == Outcome::Reached
+    }
+
+    /// The edit that each correction made.
+    pub fn edits_made(&self) -> impl Iterator<Item = Edit> {
+        self.corrections.iter().map(|correction| correction.edit_made)
+    }
+}
+
+/// One local update of a correction, as the tables need it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StepSummary {
+    /// The segment's reference object.
+    pub reference: String,
+    /// |Z|.
+    pub applicable: u32,
+    /// |T| before the step.
+    pub model_size: u32,
+    /// Primitives compared with the segment.
+    pub candidates: u32,
+    /// Where the match was found.
+    pub matched_in: MatchedIn,
+    /// The branch of Algorithm 2.
+    pub branch: Branch,
+}
+
+impl From<&Step> for StepSummary {
+    fn from(step: &Step) -> Self {
+        Self {
+            reference: step.reference.clone(),
+            applicable: count(step.applicable),
+            model_size: count(step.model_size),
+            candidates: count(step.candidates),
+            matched_in: step.matched_in,
+            branch: step.branch,
+        }
+    }
+}
+
+/// One correction of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CorrectionRecord {
+    /// The name of the trigger that called the teacher.
+    pub failure: String,
+    /// The reference object of the primitive that ran last, or `START`.
+    pub last: String,
+    /// The effort of its demonstration.
+    pub effort: TotalEffort,
+    /// The edit that the method made.
+    pub edit_made: Edit,
+    /// Nodes added.
+    pub nodes_added: u32,
+    /// Edges added.
+    pub edges_added: u32,
+    /// Nodes modified.
+    pub nodes_modified: u32,
+    /// Nodes merged away.
+    pub nodes_merged: u32,
+    /// The local updates; none for a full retraining.
+    pub steps: Vec<StepSummary>,
+    /// The exact work of the update.
+    pub counters: Counters,
+    /// Success on the changed task after the correction, where it was evaluated.
+    pub after: Option<Rate>,
+    /// Wall-clock seconds of the update: the only clock.
+    pub update_seconds: f64,
+}
+
+/// One update of a synthetic automaton.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CostRecord {
+    /// The protocol.
+    pub protocol: String,
+    /// The series of the protocol.
+    pub series: String,
+    /// The method.
+    pub method: String,
+    /// Nodes of the automaton before the update.
+    pub nodes: u32,
+    /// Original demonstrations that taught it.
+    pub originals: u32,
+    /// The edit that was planted.
+    pub edit: Edit,
+    /// The seed of the automaton. Together with the number of the correction it is the seed of the correction.
+    pub seed: u64,
+    /// The number of the correction among those of the same edit; left out where it is 0, the first.
+    #[serde(default, skip_serializing_if = "is_first")]
+    pub correction: u32,
+    /// |Z| at each step.
+    pub applicable: Vec<u32>,
+    /// |T| at each step.
+    pub model_size: Vec<u32>,
+    /// The exact work of the update.
+    pub counters: Counters,
+    /// The edit that the method made.
+    pub edit_made: Edit,
+    /// Wall-clock seconds of the update: the only clock.
+    pub update_seconds: f64,
+}
+
+impl CostRecord {
+    /// The name that no other record has.
+    pub fn identity(&self) -> Identity {
+        Identity::Cost {
+            protocol: self.protocol.clone(),
+            series: self.series.clone(),
+            method: self.method.clone(),
+            edit: self.edit,
+            nodes: self.nodes,
+            originals: self.originals,
+            seed: self.seed,
+            correction: self.correction,
+        }
+    }
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_first(correction: &u32) -> bool {
+    *correction == 0
+}
+
+/// A number of things as the ledger writes it.
+pub fn count(number: usize) -> u32 {
+    u32::try_from(number).unwrap_or(u32::MAX)
+}

@@ -1,0 +1,158 @@
+//! Rows before they are written: records that share a key.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use situ::edit::Edit;
+use situ::method::{self, Role};
+use situ::random::stream;
+
+use super::column::{Bound, Cell, Columns, some};
+use crate::ledger::Canonical;
+use crate::record::{Outcome, Record, RunRecord, Stage};
+use crate::stats;
+
+/// A method, in the order in which methods are listed; methods that are not listed follow by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct MethodName<'a> {
+    rank: usize,
+    pub(super) name: &'a str,
+}
+
+impl<'a> MethodName<'a> {
+    pub(super) fn of(name: &'a str) -> Self {
+        let methods = method::all();
+        Self { rank: methods.iter().position(|method| method.name() == name).unwrap_or(methods.len()), name }
+    }
+}
+
+impl fmt::Display for MethodName<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(self.name)
+    }
+}
+
+/// What a method does with a changed task. A method that is not listed takes corrections.
+pub(super) fn role(name: &str) -> Role {
+    method::all().iter().find(|method| method.name() == name).map_or(Role::Correct, |method| method.role())
+}
+
+/// A row before it is written.
+pub(super) struct Row<K, T> {
+    pub(super) key: K,
+    /// The name of the row in the seeds of its bootstraps.
+    label: String,
+    /// The members of the row, in the order of the records; never empty.
+    pub(super) of: Vec<T>,
+}
+
+impl<K, T> Row<K, T> {
+    /// The seed of the bootstrap of a quantity.
+    pub(super) fn seed(&self, quantity: &str) -> u64 {
+        stream(0, &format!("bootstrap/{}/{quantity}", self.label))
+    }
+}
+
+/// The rows, in the order of their keys.
+pub(super) fn rows<K: Ord, T>(items: impl IntoIterator<Item = (K, T)>, label: impl Fn(&K) -> String) -> Vec<Row<K, T>> {
+    let mut rows: BTreeMap<K, Vec<T>> = BTreeMap::new();
+    for (key, item) in items {
+        rows.entry(key).or_default().push(item);
+    }
+    rows.into_iter().map(|(key, of)| Row { label: label(&key), key, of }).collect()
+}
+
+/// Protocol, method, and the edit that the variation needs.
+pub(super) type MethodKey<'a> = (&'a str, MethodName<'a>, Edit);
+
+pub(super) fn method_key(run: &RunRecord) -> MethodKey<'_> {
+    (&run.key.protocol, MethodName::of(&run.key.method), run.key.edit)
+}
+
+/// A column for each part of the key.
+pub(super) fn method_columns<'a, R: 'a>(key: fn(&R) -> MethodKey<'a>) -> Columns<'a, R> {
+    Columns::new()
+        .text("protocol", move |row| key(row).0)
+        .text("method", move |row| key(row).1.name)
+        .text("edit_needed", move |row| key(row).2.name())
+}
+
+/// A cell of the protocol, or a stage of a sequence; those that stand alone come first.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct CellKey<'a> {
+    pub(super) protocol: &'a str,
+    pub(super) task: &'a str,
+    pub(super) stage: Option<&'a Stage>,
+    pub(super) variation: &'a str,
+    pub(super) edit: Edit,
+    pub(super) teacher: &'a str,
+    pub(super) method: MethodName<'a>,
+}
+
+impl<'a> From<&'a RunRecord> for CellKey<'a> {
+    fn from(run: &'a RunRecord) -> Self {
+        let key = &run.key;
+        Self {
+            protocol: &key.protocol,
+            task: &key.task,
+            stage: key.stage.as_ref(),
+            variation: &key.variation,
+            edit: key.edit,
+            teacher: &key.teacher,
+            method: MethodName::of(&key.method),
+        }
+    }
+}
+
+/// A row of runs that stand alone, beside the runs of another method.
+pub(super) struct Compared<'a, K> {
+    pub(super) row: Row<K, &'a RunRecord>,
+    /// Those of the runs that say something about the method.
+    pub(super) counted: Vec<&'a RunRecord>,
+    /// Each of these and the other method's run in its place, where that says something too.
+    pub(super) pairs: Vec<(&'a RunRecord, &'a RunRecord)>,
+}
+
+/// The rows of all runs that stand alone. The runs of `other` are the partners of those that have one.
+pub(super) fn compared<'a, K: Ord>(
+    records: &'a Canonical,
+    key: fn(&'a RunRecord) -> K,
+    label: impl Fn(&K) -> String,
+    other: &str,
+    has_partner: fn(&RunRecord) -> bool,
+) -> Vec<Compared<'a, K>> {
+    let runs = || records.iter().filter_map(Record::single_run);
+    let place =
+        |run: &'a RunRecord| (&run.key.protocol, &run.key.task, &run.key.variation, &run.key.teacher, run.key.seed);
+    let partners = runs().filter(|run| run.key.method == other && run.outcome.counts());
+    let partners: BTreeMap<_, &RunRecord> = partners.map(|run| (place(run), run)).collect();
+    let compared = |row: Row<K, &'a RunRecord>| {
+        let counted: Vec<_> = row.of.iter().copied().filter(|run| run.outcome.counts()).collect();
+        let pairs = counted.iter().filter(|run| has_partner(run));
+        let pairs = pairs.filter_map(|run| Some((*run, *partners.get(&place(run))?))).collect();
+        Compared { row, counted, pairs }
+    };
+    rows(runs().map(|run| (key(run), run)), label).into_iter().map(compared).collect()
+}
+
+impl<K> Compared<'_, K> {
+    fn outcomes(&self, is: fn(&Outcome) -> bool) -> usize {
+        self.row.of.iter().filter(|run| is(&run.outcome)).count()
+    }
+
+    /// The ratio of a measure to that of the partners.
+    pub(super) fn ratio(&self, measure: impl Fn(&RunRecord) -> f64, quantity: &str) -> Cell {
+        let pairs: Vec<_> = self.pairs.iter().map(|(own, other)| (measure(own), measure(other))).collect();
+        let own = self.pairs.iter().all(|pair| pair.0.is_reached());
+        let bound = Bound::of(own, self.pairs.iter().all(|pair| pair.1.is_reached()));
+        some(stats::paired_ratio(&pairs, self.row.seed(quantity)), |ratio| Cell::Estimate(ratio, bound))
+    }
+}
+
+/// And a column for each outcome that says nothing about the method.
+pub(super) fn uncounted<'a, K>(columns: Columns<'a, Compared<'a, K>>) -> Columns<'a, Compared<'a, K>> {
+    columns
+        .count("not_applicable", |row| row.outcomes(|outcome| *outcome == Outcome::NotApplicable))
+        .count("untaught", |row| row.outcomes(|outcome| *outcome == Outcome::Untaught))
+        .count("spoilt", |row| row.outcomes(|outcome| matches!(outcome, Outcome::Spoilt { .. })))
+}
