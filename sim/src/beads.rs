@@ -2,9 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::check::within;
-use crate::error::SimError;
-use crate::interior::Interior;
+use crate::error::{SimError, within};
+use crate::object::Interior;
 
 /// Distance between the centres of beads laid out, in radii: just apart, so that nothing is pressed together.
 const SPACING: f64 = 2.1;

@@ -1,6 +1,8 @@
-//! What can go wrong when a scene is built, and where.
+//! What can go wrong when a scene is built, and where; the rules that its numbers and poses must keep.
 
 use thiserror::Error;
+
+use crate::frame::{self, Pose};
 
 /// A mistake in the description of a scene, or a picture that could not be encoded.
 #[derive(Debug, Error)]
@@ -70,4 +72,25 @@ pub enum SimError {
         /// What is wrong with it.
         reason: String,
     },
+}
+
+/// No pose may be further than this from the world's origin, in metres.
+const WORKSHOP: f64 = 5.0;
+
+/// An error if any value is not within `[low, high]` (a value that is not a number is not). `what` is the rule, in
+/// words.
+pub(crate) fn within(object: &str, what: &'static str, values: &[f64], low: f64, high: f64) -> Result<(), SimError> {
+    match values.iter().find(|&&v| !(low..=high).contains(&v)) {
+        Some(&value) => Err(SimError::BadValue { object: object.to_owned(), what, value }),
+        None => Ok(()),
+    }
+}
+
+/// An error if the pose is not finite or outside the workshop.
+pub(crate) fn check_pose(object: &str, pose: &Pose) -> Result<(), SimError> {
+    if frame::is_finite(pose) && pose.translation.vector.norm() <= WORKSHOP {
+        Ok(())
+    } else {
+        Err(SimError::BadPose { object: object.to_owned(), limit: WORKSHOP })
+    }
 }

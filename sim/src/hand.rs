@@ -13,10 +13,10 @@ use rapier3d::prelude::{
 };
 use serde::{Deserialize, Serialize};
 
+use crate::error::{SimError, within};
 use crate::frame::{Pose, from_engine, from_engine_vector, to_engine, to_engine_near};
-use crate::gripper::{GripperCommand, MAX_OPENING, STROKE};
 use crate::step::DT;
-use crate::tag::Tag;
+use crate::tag::{HAND, Tag};
 
 /// Half extents of the palm in metres.
 const PALM_HALF: [f32; 3] = [0.020, 0.055, 0.015];
@@ -259,4 +259,62 @@ fn mean(gaps: [f64; 2]) -> f64 {
 /// A finger's centre in the frame of the tool centre point.
 fn finger_offset(side: f64, gap: f64) -> Translation3<f64> {
     Translation3::new(0.0, side * (gap + f64::from(FINGER_HALF[1])), FINGER_ABOVE_TCP)
+}
+
+/// The largest distance of a finger's pad from the middle in metres.
+pub(crate) const STROKE: f64 = 0.040;
+/// The largest distance between the pads in metres.
+pub const MAX_OPENING: f64 = 2.0 * STROKE;
+/// The largest squeeze in newtons.
+pub const MAX_SQUEEZE: f64 = 60.0;
+
+/// A command to the gripper.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum GripperCommand {
+    /// Open to this distance between the pads, metres (clamped to what the gripper can do).
+    Open(f64),
+    /// Close and press with this force, newtons on either side (clamped likewise).
+    Close(f64),
+}
+
+impl GripperCommand {
+    /// The command within what the gripper can do; none where it is not a number.
+    pub(crate) fn clamped(self) -> Option<GripperCommand> {
+        let (number, clamped) = match self {
+            GripperCommand::Open(width) => (width, GripperCommand::Open(width.clamp(0.0, MAX_OPENING))),
+            GripperCommand::Close(force) => (force, GripperCommand::Close(force.clamp(0.0, MAX_SQUEEZE))),
+        };
+        number.is_finite().then_some(clamped)
+    }
+}
+
+/// [`Guard::rise`] unless it is set, newtons.
+pub const GUARD_FORCE: f64 = 30.0;
+/// [`Guard::abort`] unless it is set, newtons.
+pub const ABORT_FORCE: f64 = 120.0;
+/// The greatest force to which a guard can be set, newtons.
+const MAX_GUARD: f64 = 1e3;
+
+/// The forces at which a motion of the hand ends early, in newtons.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Guard {
+    /// A motion ends when the force on the hand rises by so much above its least value since the start.
+    pub rise: f64,
+    /// A motion is aborted at this force on the hand.
+    pub abort: f64,
+}
+
+impl Default for Guard {
+    fn default() -> Guard {
+        Guard { rise: GUARD_FORCE, abort: ABORT_FORCE }
+    }
+}
+
+impl Guard {
+    /// Says what is wrong with the forces, if anything.
+    pub(crate) fn check(&self) -> Result<(), SimError> {
+        within(HAND, "the force of an abort must be more than 0 and at most 1000 N", &[self.abort], 1e-3, MAX_GUARD)?;
+        within(HAND, "the guard must be more than 0 N and not above the abort", &[self.rise], 1e-3, self.abort)
+    }
 }

@@ -1,18 +1,16 @@
 //! Motions of the hand: straight to a pose or round what the arm would run into, with a guard against pressing on
 //! things.
 
-mod course;
 mod obstacles;
 mod plan;
 pub(crate) mod route;
 
 use serde::{Deserialize, Serialize};
 
-use crate::check::check_pose;
+use crate::error::check_pose;
 use crate::frame::Pose;
-use crate::motion::course::Course;
 use crate::motion::plan::Unplanned;
-use crate::motion::route::Place;
+use crate::motion::route::{Course, Place};
 use crate::step::steps_in;
 use crate::tag::HAND;
 use crate::world::World;

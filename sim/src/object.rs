@@ -1,10 +1,14 @@
-//! What stands on the table: a named body made of convex parts.
+//! What stands on the table: a named body made of convex parts, perhaps with room inside.
 
+use std::ops::RangeInclusive;
+
+use rapier3d::geometry::SharedShape;
+use rapier3d::math::{Rotation, Vector};
+use rapier3d::prelude::Pose as EnginePose;
 use serde::{Deserialize, Serialize};
 
-use crate::error::SimError;
-use crate::interior::Interior;
-use crate::part::Part;
+use crate::error::{SimError, check_pose, within};
+use crate::frame::{Pose, pose_at};
 
 /// The most parts that an object may have: a cup of 64 walls with floor and handle.
 const MAX_PARTS: usize = 72;
@@ -82,5 +86,211 @@ impl Object {
             return refuse("a dynamic object needs a solid part of positive density", 0.0);
         }
         self.container.as_ref().map_or(Ok(()), |interior| interior.check(&self.name))
+    }
+}
+
+/// The largest density in kg/m³ (osmium is 22 590).
+const MAX_DENSITY: f64 = 3e4;
+/// The largest coefficient of friction (rubber on rubber is about 2).
+const MAX_FRICTION: f64 = 5.0;
+
+/// One convex piece of an object.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Part {
+    /// Its solid.
+    pub shape: Convex,
+    /// Its pose in the object's frame.
+    pub pose: Pose,
+    /// kg/m³.
+    pub density: f64,
+    /// Coefficient of friction. Two surfaces in contact rub with the mean of theirs.
+    pub friction: f64,
+    /// Whether other things collide with it. A mark on the table does not.
+    pub solid: bool,
+}
+
+impl Part {
+    /// A solid part.
+    pub fn new(shape: Convex, pose: Pose, density: f64, friction: f64) -> Part {
+        Part { shape, pose, density, friction, solid: true }
+    }
+
+    /// A solid cuboid of these half extents, centred at `at`, its edges along the frame's axes.
+    pub(crate) fn cuboid(half: [f64; 3], at: [f64; 3], density: f64, friction: f64) -> Part {
+        Part::new(Convex::Cuboid { half }, pose_at(at, Default::default()), density, friction)
+    }
+
+    /// Says what is wrong with the part, if anything.
+    pub(crate) fn check(&self, object: &str) -> Result<(), SimError> {
+        self.shape.check(object)?;
+        within(object, "density must be 0 to 30000 kg/m³", &[self.density], 0.0, MAX_DENSITY)?;
+        within(object, "friction must be 0 to 5", &[self.friction], 0.0, MAX_FRICTION)?;
+        check_pose(object, &self.pose)
+    }
+}
+
+/// The smallest extent of a part in metres: below it single precision and the contact margin stop making sense.
+pub(crate) const MIN_SIZE: f64 = 2e-4;
+/// The largest extent of a part in metres: the table is not larger.
+pub(crate) const MAX_SIZE: f64 = 2.0;
+/// The fewest and the most sides of a polygonal prism or a cup.
+pub(crate) const SIDES: RangeInclusive<u32> = 3..=64;
+
+/// A convex solid, centred on the origin of its part.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Convex {
+    /// A box.
+    Cuboid {
+        /// Half extents along x, y, z in metres.
+        half: [f64; 3],
+    },
+    /// A cylinder with its axis along z.
+    Cylinder {
+        /// Radius in metres.
+        radius: f64,
+        /// Half of its height in metres.
+        half_height: f64,
+    },
+    /// A ball.
+    Ball {
+        /// Radius in metres.
+        radius: f64,
+    },
+    /// A prism over a regular polygon, with its axis along z and a corner on the x axis.
+    Prism {
+        /// Distance of the corners from the axis in metres.
+        radius: f64,
+        /// Half of its height in metres.
+        half_height: f64,
+        /// Number of corners of the polygon, 3 to 64.
+        sides: u32,
+    },
+}
+
+impl Convex {
+    /// Says what is wrong with the dimensions, if anything.
+    pub(crate) fn check(&self, object: &str) -> Result<(), SimError> {
+        let rule = "sizes of parts must be 0.0002 m to 2 m";
+        match *self {
+            Convex::Cuboid { half } => within(object, rule, &half, MIN_SIZE, MAX_SIZE),
+            Convex::Cylinder { radius, half_height } => {
+                within(object, rule, &[radius, half_height], MIN_SIZE, MAX_SIZE)
+            }
+            Convex::Ball { radius } => within(object, rule, &[radius], MIN_SIZE, MAX_SIZE),
+            Convex::Prism { radius, half_height, sides } => {
+                within(object, rule, &[radius, half_height], MIN_SIZE, MAX_SIZE)?;
+                let (low, high) = (f64::from(*SIDES.start()), f64::from(*SIDES.end()));
+                within(object, "a prism has 3 to 64 sides", &[f64::from(sides)], low, high)
+            }
+        }
+    }
+
+    /// The engine's shape, and its pose in the part's frame (the engine's cylinders stand along y).
+    pub(crate) fn engine(&self, object: &str) -> Result<(SharedShape, EnginePose), SimError> {
+        Ok(match *self {
+            Convex::Cuboid { half: [x, y, z] } => {
+                (SharedShape::cuboid(x as f32, y as f32, z as f32), EnginePose::IDENTITY)
+            }
+            Convex::Ball { radius } => (SharedShape::ball(radius as f32), EnginePose::IDENTITY),
+            Convex::Cylinder { radius, half_height } => {
+                let half = std::f32::consts::FRAC_1_SQRT_2;
+                let upright = EnginePose::from_rotation(Rotation::from_xyzw(half, 0.0, 0.0, half));
+                (SharedShape::cylinder(half_height as f32, radius as f32), upright)
+            }
+            Convex::Prism { radius, half_height, sides } => {
+                let corners: Vec<Vector> = (0..sides)
+                    .flat_map(|k| {
+                        let (sine, cosine) = libm::sincos(std::f64::consts::TAU * f64::from(k) / f64::from(sides));
+                        [half_height, -half_height]
+                            .map(|z| Vector::new((radius * cosine) as f32, (radius * sine) as f32, z as f32))
+                    })
+                    .collect();
+                let hull = SharedShape::convex_hull(&corners).ok_or_else(|| SimError::BadValue {
+                    object: object.to_owned(),
+                    what: "a prism must not be flat",
+                    value: half_height,
+                })?;
+                (hull, EnginePose::IDENTITY)
+            }
+        })
+    }
+}
+
+/// The room inside a container, in the container's frame: z up, the axis through the frame's origin.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Interior {
+    /// A truncated cone.
+    Cone {
+        /// Radius at the floor in metres.
+        bottom_radius: f64,
+        /// Radius at the rim in metres.
+        top_radius: f64,
+        /// Height of the floor's upper face in metres.
+        floor: f64,
+        /// Height of the rim in metres.
+        height: f64,
+    },
+    /// A box.
+    Box {
+        /// Half of the inner extent along x in metres.
+        half_x: f64,
+        /// Half of the inner extent along y in metres.
+        half_y: f64,
+        /// Height of the floor's upper face in metres.
+        floor: f64,
+        /// Height of the rim in metres.
+        height: f64,
+    },
+}
+
+impl Interior {
+    /// Height of the floor's upper face, in metres.
+    pub fn floor(&self) -> f64 {
+        match *self {
+            Interior::Cone { floor, .. } | Interior::Box { floor, .. } => floor,
+        }
+    }
+
+    /// Height of the rim, in metres.
+    pub fn height(&self) -> f64 {
+        match *self {
+            Interior::Cone { height, .. } | Interior::Box { height, .. } => height,
+        }
+    }
+
+    /// Whether a point in the container's frame is between the walls, above the floor and at most `above_rim` metres
+    /// above the rim.
+    pub fn contains(&self, point: [f64; 3], above_rim: f64) -> bool {
+        let [x, y, z] = point;
+        if !(z >= self.floor() && z <= self.height() + above_rim) {
+            return false;
+        }
+        match *self {
+            Interior::Cone { .. } => {
+                let radius = self.radius_at(z);
+                x * x + y * y <= radius * radius
+            }
+            Interior::Box { half_x, half_y, .. } => x.abs() <= half_x && y.abs() <= half_y,
+        }
+    }
+
+    /// The radius of the largest circle about the axis at height `z` (clamped to between floor and rim), in metres.
+    pub fn radius_at(&self, z: f64) -> f64 {
+        match *self {
+            Interior::Cone { bottom_radius, top_radius, floor, height } => {
+                let s = ((z - floor) / (height - floor)).clamp(0.0, 1.0);
+                bottom_radius + (top_radius - bottom_radius) * s
+            }
+            Interior::Box { half_x, half_y, .. } => half_x.min(half_y),
+        }
+    }
+
+    /// Says what is wrong with the dimensions, if anything.
+    pub(crate) fn check(&self, object: &str) -> Result<(), SimError> {
+        let sizes = match *self {
+            Interior::Cone { bottom_radius, top_radius, floor, height } => [bottom_radius, top_radius, height - floor],
+            Interior::Box { half_x, half_y, floor, height } => [half_x, half_y, height - floor],
+        };
+        within(object, "inner sizes must be 0.0002 m to 2 m", &sizes, MIN_SIZE, MAX_SIZE)
     }
 }

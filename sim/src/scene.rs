@@ -5,16 +5,13 @@ use std::sync::Arc;
 use rapier3d::geometry::{Group, InteractionGroups};
 use rapier3d::prelude::{ColliderBuilder, RigidBodyBuilder};
 
-use crate::arm::ArmModel;
-use crate::arm::body::Arm;
+use crate::arm::{Arm, ArmModel};
 use crate::beads::Beads;
-use crate::check::{check_pose, within};
-use crate::error::SimError;
+use crate::error::{SimError, check_pose, within};
 use crate::frame::{Pose, from_engine, to_engine, to_engine_vector};
-use crate::guard::Guard;
-use crate::magnet::{Bond, Magnet};
+use crate::hand::Guard;
+use crate::mechanism::{Bond, Guide, Magnet, Slide};
 use crate::object::{Mobility, Object};
-use crate::slide::{Guide, Slide};
 use crate::tag::{ARM, HAND, TABLE, Tag};
 use crate::world::{Entry, LENGTH_UNIT, World};
 

@@ -1,33 +1,15 @@
 //! The kinds of objects, with their dimensions: read as they stand in a task's file, and built from convex parts.
 //!
-//! Metres, radians, kg/m³. A new kind is a file below this one, and a variant here.
+//! Metres, radians, kg/m³. A new kind is a struct in a file below this one, and a variant here.
 
-mod bin;
-mod block;
-mod cabinet;
-mod cover;
-mod cup;
-mod cylinder;
-mod drawer;
-mod housing;
-mod lid;
-mod mat;
+mod container;
 mod number;
-mod sphere;
+mod solid;
 
 use serde::Deserialize;
 
-pub use bin::Bin;
-pub use block::Block;
-pub use cabinet::Cabinet;
-pub use cover::Cover;
-pub use cup::{Cup, Handle};
-pub use cylinder::Cylinder;
-pub use drawer::Drawer;
-pub use housing::Housing;
-pub use lid::Lid;
-pub use mat::Mat;
-pub use sphere::Sphere;
+pub use container::{Bin, Cup, Drawer, Handle};
+pub use solid::{Block, Cabinet, Cover, Cylinder, Housing, Lid, Mat, Sphere};
 
 use crate::object::Object;
 

@@ -1,4 +1,4 @@
-//! The world: a table, objects, beads and a hand, advanced in steps of 1/240 s.
+//! The world: a table, objects, beads and a hand, advanced in steps of 1/240 s. A snapshot is a world put aside.
 
 use std::collections::BTreeMap;
 
@@ -9,17 +9,12 @@ use rapier3d::prelude::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::arm::body::Arm;
-use crate::check::{check_pose, within};
-use crate::error::SimError;
+use crate::arm::Arm;
+use crate::error::{SimError, check_pose, within};
 use crate::frame::{self, from_engine};
-use crate::gripper::GripperCommand;
-use crate::guard::Guard;
-use crate::hand::Hand;
-use crate::magnet::Bond;
+use crate::hand::{GripperCommand, Guard, Hand};
+use crate::mechanism::{Bond, Guide, Push};
 use crate::object::{Mobility, Object};
-use crate::push::Push;
-use crate::slide::Guide;
 use crate::step::{DT, steps_in};
 use crate::tag::Tag;
 
@@ -201,5 +196,65 @@ impl World {
     /// Index of the object of this name.
     pub(crate) fn index(&self, name: &str) -> Result<usize, SimError> {
         self.names.get(name).copied().ok_or_else(|| SimError::UnknownObject { object: name.to_owned() })
+    }
+}
+
+/// Everything of a world at one instant: physics with its contact impulses, hand and controller, magnets, pushes, time.
+///
+/// In memory it shares the collision shapes with the world it was taken from. It can be written with serde and read
+/// back.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Snapshot {
+    world: World,
+}
+
+impl std::fmt::Debug for World {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "World {{ time: {}, objects: {:?}, beads: {} }}", self.time(), self.names.keys(), self.beads.len())
+    }
+}
+
+impl Clone for World {
+    fn clone(&self) -> World {
+        let physics = PhysicsWorld {
+            gravity: self.physics.gravity,
+            integration_parameters: self.physics.integration_parameters,
+            islands: self.physics.islands.clone(),
+            broad_phase: self.physics.broad_phase.clone(),
+            narrow_phase: self.physics.narrow_phase.clone(),
+            bodies: self.physics.bodies.clone(),
+            colliders: self.physics.colliders.clone(),
+            impulse_joints: self.physics.impulse_joints.clone(),
+            multibody_joints: self.physics.multibody_joints.clone(),
+            soft_bodies: self.physics.soft_bodies.clone(),
+            // The pipelines hold working storage only.
+            ..PhysicsWorld::default()
+        };
+        World {
+            physics,
+            entries: self.entries.clone(),
+            names: self.names.clone(),
+            beads: self.beads.clone(),
+            hand: self.hand.clone(),
+            arm: self.arm.clone(),
+            bonds: self.bonds.clone(),
+            pushes: self.pushes.clone(),
+            guides: self.guides.clone(),
+            guard: self.guard,
+            steps: self.steps,
+            table: self.table,
+        }
+    }
+}
+
+impl World {
+    /// Puts the present state aside.
+    pub fn snapshot(&self) -> Snapshot {
+        Snapshot { world: self.clone() }
+    }
+
+    /// A world that goes on from the snapshot exactly as the one it was taken from.
+    pub fn restore(snapshot: &Snapshot) -> World {
+        snapshot.world.clone()
     }
 }

@@ -93,7 +93,7 @@ impl<'a> Builder<'a> {
         let (key, file) = (root.field("gripper"), &self.file.gripper);
         self.check_opening(&key.field("open"), file.open)?;
         self.check_positive(&key.field("at").index(2), file.at[2])?;
-        Ok(HandStart { at: file.at, open: file.open })
+        Ok(*file)
     }
 
     /// The entries of the file with those of a variation, by their names. Either list names each entry once.

@@ -3,10 +3,11 @@
 //! Unknown keys are refused everywhere. Metres, radians, seconds, newtons, kg/m³.
 
 use serde::Deserialize;
-use situ_sim::{Object, Shape};
+use situ_sim::{Guard, Object, Shape, Slide};
 
 use crate::edit::NeededEdit;
 use crate::moment::Moment;
+use crate::placement::{HandStart, Start};
 
 /// A whole task file.
 #[derive(Debug, Deserialize)]
@@ -18,15 +19,15 @@ pub(crate) struct TaskFile {
     pub(crate) premise: String,
     pub(crate) goal: String,
     pub(crate) observe: Vec<String>,
-    pub(crate) gripper: GripperFile,
+    pub(crate) gripper: HandStart,
     /// Forces at which a motion ends; those of the physics unless given.
-    pub(crate) guard: Option<GuardFile>,
+    pub(crate) guard: Option<Guard>,
     /// Iterations of the physics' solver; its own number unless given.
     pub(crate) solver_iterations: Option<usize>,
     pub(crate) beads: Option<BeadsFile>,
     pub(crate) object: Vec<ObjectFile>,
     #[serde(default)]
-    pub(crate) joint: Vec<SlideFile>,
+    pub(crate) joint: Vec<Slide>,
     #[serde(default)]
     pub(crate) magnet: Vec<MagnetFile>,
     pub(crate) skill: Vec<SkillFile>,
@@ -65,7 +66,7 @@ pub(crate) struct VariationFile {
     #[serde(default)]
     pub(crate) object: Vec<ObjectFile>,
     #[serde(default)]
-    pub(crate) joint: Vec<SlideFile>,
+    pub(crate) joint: Vec<Slide>,
     #[serde(default)]
     pub(crate) magnet: Vec<MagnetFile>,
     #[serde(default)]
@@ -74,41 +75,6 @@ pub(crate) struct VariationFile {
     pub(crate) event: Vec<EventFile>,
     #[serde(default)]
     pub(crate) intervention: Vec<InterventionFile>,
-}
-
-/// Where the hand is at the start: its TCP, in the world.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct GripperFile {
-    pub(crate) at: [f64; 3],
-    pub(crate) open: f64,
-}
-
-/// Forces at which a motion of the hand ends early.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct GuardFile {
-    pub(crate) rise: f64,
-    pub(crate) abort: f64,
-}
-
-/// An object slides along an axis of another.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct SlideFile {
-    pub(crate) object: String,
-    pub(crate) parent: String,
-    /// The direction of growing values, in the parent's frame.
-    pub(crate) axis: [f64; 3],
-    pub(crate) travel: f64,
-    /// The value at the start: the object's `start` is its place at 0.
-    #[serde(default)]
-    pub(crate) value: f64,
-    pub(crate) friction: f64,
-    #[serde(default)]
-    pub(crate) damping: f64,
-    #[serde(default)]
-    pub(crate) spring: f64,
 }
 
 #[derive(Debug, Deserialize)]
@@ -130,7 +96,7 @@ pub(crate) struct ObjectFile {
     #[serde(default)]
     pub(crate) fixed: bool,
     pub(crate) color: Option<[u8; 3]>,
-    pub(crate) start: StartFile,
+    pub(crate) start: Start,
 }
 
 impl ObjectFile {
@@ -140,20 +106,6 @@ impl ObjectFile {
         let body = if self.fixed { body.fixed() } else { body };
         if let Some(color) = self.color { body.with_color(color) } else { body }
     }
-}
-
-/// Where an object starts: a region of the table, or of another object's frame.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct StartFile {
-    pub(crate) on: Option<String>,
-    pub(crate) x: [f64; 2],
-    pub(crate) y: [f64; 2],
-    #[serde(default)]
-    pub(crate) z: f64,
-    #[serde(default)]
-    pub(crate) yaw: [f64; 2],
-    pub(crate) apart: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]

@@ -1,9 +1,11 @@
 //! Where things start: objects in regions, and the hand.
 
+use serde::Deserialize;
 use situ_sim::Object;
 
 /// Where an object starts: anywhere in a region, all places equally likely.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Start {
     /// The object in whose frame the region is. None: the frame of the world.
     pub on: Option<String>,
@@ -12,8 +14,10 @@ pub struct Start {
     /// Least and largest y of the object's origin, in metres.
     pub y: [f64; 2],
     /// Height of the object's origin, in metres.
+    #[serde(default)]
     pub z: f64,
     /// Least and largest turn about z, in radians.
+    #[serde(default)]
     pub yaw: [f64; 2],
     /// Least distance of the origin from those of all objects listed before, in the plane, in metres.
     pub apart: Option<f64>,
@@ -29,7 +33,8 @@ pub struct Placed {
 }
 
 /// Where the hand starts.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct HandStart {
     /// Position of the TCP in the world, in metres; the hand points straight down.
     pub at: [f64; 3],

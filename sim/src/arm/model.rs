@@ -6,10 +6,9 @@ use nalgebra::{SVector, Unit, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use urdf_rs::{Geometry, JointType, Robot};
 
-use crate::convex::Convex;
 use crate::error::SimError;
 use crate::frame::{Pose, pose_at, rotation_about};
-use crate::part::Part;
+use crate::object::{Convex, Part};
 
 /// Joints of an arm: as many as a pose has numbers, and one to spare.
 pub const JOINTS: usize = 7;

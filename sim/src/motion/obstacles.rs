@@ -5,10 +5,8 @@ use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::parry::query::{contact, intersection_test};
 use rapier3d::prelude::Pose as EnginePose;
 
-use crate::arm::body::Arm;
 use crate::arm::kinematics::Posture;
-use crate::arm::shells::Shells;
-use crate::arm::{ArmModel, Configuration};
+use crate::arm::{Arm, Configuration, Shells};
 use crate::frame::{Pose, to_engine};
 use crate::tag::Tag;
 use crate::world::World;
@@ -51,7 +49,6 @@ impl Placed {
 
 /// The scene as it is at the beginning of a motion.
 pub(crate) struct Obstacles<'a> {
-    model: &'a ArmModel,
     shells: &'a Shells,
     /// Palm and fingers in the frame of the tool centre point, the fingers where they are now.
     hand: Vec<(SharedShape, EnginePose)>,
@@ -80,12 +77,12 @@ impl<'a> Obstacles<'a> {
             let collider = &world.physics.colliders[*handle];
             (collider.shared_shape().clone(), tcp * world.place_of(collider))
         });
-        Obstacles { model: &arm.model, shells: &arm.shells, hand: hand.collect(), load, scene }
+        Obstacles { shells: &arm.shells, hand: hand.collect(), load, scene }
     }
 
     /// Whether hand and load, too, are free of the scene at this configuration.
     pub(crate) fn are_clear_of_all(&self, configuration: &Configuration) -> bool {
-        let tcp = self.model.tcp(configuration);
+        let tcp = self.shells.model.tcp(configuration);
         let mut carried = place_all(&self.hand, &tcp);
         carried.extend(place_all(&self.load, &tcp));
         let is_deep = |carried: &Placed| self.scene.iter().any(|obstacle| carried.is_deep_in(obstacle));
@@ -95,8 +92,8 @@ impl<'a> Obstacles<'a> {
     /// Whether the arm at this configuration meets neither the scene nor itself. The hand is tested against the arm
     /// alone.
     pub(crate) fn are_clear_of(&self, configuration: &Configuration) -> bool {
-        let Posture { links, tcp } = self.model.posture(configuration);
-        let frames: Vec<Pose> = std::iter::once(self.model.mount).chain(links).collect();
+        let Posture { links, tcp } = self.shells.model.posture(configuration);
+        let frames: Vec<Pose> = std::iter::once(self.shells.model.mount).chain(links).collect();
         let mut placed: Vec<Vec<Placed>> =
             frames.iter().enumerate().map(|(link, frame)| place_all(self.shells.of_link(link), frame)).collect();
         placed.push(place_all(&self.hand, &tcp));

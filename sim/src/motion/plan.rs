@@ -3,9 +3,8 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::arm::body::Arm;
 use crate::arm::connect::Space;
-use crate::arm::{ArmModel, Configuration, Joint};
+use crate::arm::{Arm, ArmModel, Configuration, Joint};
 use crate::frame::{Pose, angle_of, between};
 use crate::motion::obstacles::Obstacles;
 use crate::motion::route::Route;
@@ -48,12 +47,12 @@ impl World {
         // watches over them.
         let is_followed = |configuration: &Configuration| obstacles.are_clear_of(configuration);
         if let Some(joints) = arm.follow(&from, &to, &is_followed) {
-            return Ok(Route::straight(from, to, joints, &arm.model));
+            return Ok(Route::straight(from, to, joints, &arm.shells.model));
         }
         // A way round may lead anywhere, so there hand and load must touch nothing.
         let is_free = |configuration: &Configuration| obstacles.are_clear_of_all(configuration);
         let way = arm.way_round(&to, seed, &is_free)?;
-        Ok(Route::through(&way, to, &arm.model))
+        Ok(Route::through(&way, to, &arm.shells.model))
     }
 }
 
@@ -68,7 +67,7 @@ impl Arm {
         for piece in 1..=pieces {
             let target = if piece == pieces { *to } else { between(from, to, piece as f64 / pieces as f64) };
             let before = joints[piece - 1];
-            let next = self.model.solve(&target, &before, &self.rest)?;
+            let next = self.shells.model.solve(&target, &before, &self.rest)?;
             if (next - before).amax() > JUMP || !is_free(&next) {
                 return None;
             }
@@ -84,7 +83,8 @@ impl Arm {
         seed: u64,
         is_free: &dyn Fn(&Configuration) -> bool,
     ) -> Result<Vec<Configuration>, Unplanned> {
-        let mut found: Vec<Configuration> = self.model.solutions(to, &self.configuration, &self.rest, seed).collect();
+        let mut found: Vec<Configuration> =
+            self.shells.model.solutions(to, &self.configuration, &self.rest, seed).collect();
         if found.is_empty() {
             return Err(Unplanned::OutOfReach);
         }
@@ -97,7 +97,7 @@ impl Arm {
                 goals.push(goal);
             }
         }
-        let (lower, upper) = bounds(&self.model);
+        let (lower, upper) = bounds(&self.shells.model);
         let space = Space { lower, upper, is_free };
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let way = space.connect(&self.configuration, &goals, ITERATIONS, &mut rng).ok_or(Unplanned::NoPlan)?;

@@ -2,8 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use situ_sim::Slide;
+
 use super::layers::Located;
-use crate::file::{ObjectFile, SlideFile};
+use crate::file::ObjectFile;
 use crate::measure::GRIPPER;
 use crate::vocabulary::Role;
 
@@ -16,9 +18,9 @@ pub(super) struct Names {
 }
 
 impl Names {
-    pub(super) fn new(objects: &Located<'_, ObjectFile>, slides: &Located<'_, SlideFile>, beads: bool) -> Names {
+    pub(super) fn new(objects: &Located<'_, ObjectFile>, slides: &Located<'_, Slide>, beads: bool) -> Names {
         let objects = objects.iter().map(|(_, file)| (file.name.clone(), file.body().container.is_some()));
-        let sliding = slides.iter().map(|(_, slide)| slide.object.clone());
+        let sliding = slides.iter().map(|(_, slide)| slide.child.clone());
         Names { objects: objects.collect(), sliding: sliding.collect(), beads }
     }
 

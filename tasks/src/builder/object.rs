@@ -6,7 +6,7 @@ use super::check::Builder;
 use super::layers::Located;
 use super::names::Names;
 use crate::error::TaskError;
-use crate::file::{BeadsFile, MagnetFile, ObjectFile, StartFile};
+use crate::file::{BeadsFile, MagnetFile, ObjectFile};
 use crate::key::Key;
 use crate::placement::{Placed, Start};
 use crate::setting::Setting;
@@ -29,7 +29,7 @@ impl Builder<'_> {
         Ok(placed)
     }
 
-    pub(super) fn start(&self, key: &Key, start: &StartFile, before: &[Placed]) -> Result<Start, TaskError> {
+    pub(super) fn start(&self, key: &Key, start: &Start, before: &[Placed]) -> Result<Start, TaskError> {
         for (name, range) in [("x", start.x), ("y", start.y), ("yaw", start.yaw)] {
             if range[0] > range[1] {
                 return self
@@ -47,7 +47,7 @@ impl Builder<'_> {
         if let Some(apart) = start.apart {
             self.check_positive(&key.field("apart"), apart)?;
         }
-        Ok(Start { on: start.on.clone(), x: start.x, y: start.y, z: start.z, yaw: start.yaw, apart: start.apart })
+        Ok(start.clone())
     }
 
     pub(super) fn beads(&self, key: &Key, file: &BeadsFile, names: &Names) -> Result<(String, Beads), TaskError> {

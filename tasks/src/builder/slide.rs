@@ -8,7 +8,6 @@ use super::check::Builder;
 use super::layers::{Located, New, laid_over};
 use super::names::Names;
 use crate::error::TaskError;
-use crate::file::SlideFile;
 use crate::key::Key;
 use crate::placement::Placed;
 use crate::vocabulary::Role;
@@ -18,40 +17,31 @@ const ITERATIONS: std::ops::RangeInclusive<usize> = 1..=64;
 
 impl<'a> Builder<'a> {
     /// The slides of the file with those of a variation: one of the same object replaces.
-    pub(super) fn merged_slides(
-        &self,
-        lists: [Located<'a, SlideFile>; 2],
-    ) -> Result<Located<'a, SlideFile>, TaskError> {
+    pub(super) fn merged_slides(&self, lists: [Located<'a, Slide>; 2]) -> Result<Located<'a, Slide>, TaskError> {
         for list in &lists {
             let mut seen = BTreeSet::new();
             for (key, slide) in list {
-                if !seen.insert(slide.object.as_str()) {
-                    let expected = format!("`{}` slides already; expected one `[[joint]]` for an object", slide.object);
+                if !seen.insert(slide.child.as_str()) {
+                    let expected = format!("`{}` slides already; expected one `[[joint]]` for an object", slide.child);
                     return self.wrong(&key.field("object"), expected);
                 }
             }
         }
-        Ok(laid_over(lists, |slide| &slide.object, New::Last))
+        Ok(laid_over(lists, |slide| &slide.child, New::Last))
     }
 
     /// A slide of the file: `[[joint]]`.
-    pub(super) fn slide(
-        &self,
-        key: &Key,
-        file: &SlideFile,
-        placed: &[Placed],
-        names: &Names,
-    ) -> Result<Slide, TaskError> {
-        for (field, name) in [("object", &file.object), ("parent", &file.parent)] {
+    pub(super) fn slide(&self, key: &Key, file: &Slide, placed: &[Placed], names: &Names) -> Result<Slide, TaskError> {
+        for (field, name) in [("object", &file.child), ("parent", &file.parent)] {
             self.check_name(&key.field(field), name, Role::Object, names)?;
         }
         let place = |name: &String| placed.iter().position(|placed| &placed.body.name == name);
-        if place(&file.parent) >= place(&file.object) {
-            let expected = format!("`{}`: expected an object listed before `{}`", file.parent, file.object);
+        if place(&file.parent) >= place(&file.child) {
+            let expected = format!("`{}`: expected an object listed before `{}`", file.parent, file.child);
             return self.wrong(&key.field("parent"), expected);
         }
-        if placed.iter().any(|placed| placed.body.name == file.object && placed.body.mobility == Mobility::Fixed) {
-            return self.wrong(&key.field("object"), format!("`{}` is fixed; expected one that moves", file.object));
+        if placed.iter().any(|placed| placed.body.name == file.child && placed.body.mobility == Mobility::Fixed) {
+            return self.wrong(&key.field("object"), format!("`{}` is fixed; expected one that moves", file.child));
         }
         if file.axis.iter().all(|&part| part == 0.0) {
             return self.wrong(&key.field("axis"), "[0, 0, 0]: expected a direction");
@@ -63,22 +53,12 @@ impl<'a> Builder<'a> {
         for (name, value) in [("friction", file.friction), ("damping", file.damping), ("spring", file.spring)] {
             self.check_not_negative(&key.field(name), value)?;
         }
-        let slide = Slide {
-            parent: file.parent.clone(),
-            child: file.object.clone(),
-            axis: file.axis,
-            travel: file.travel,
-            value: file.value,
-            friction: file.friction,
-            damping: file.damping,
-            spring: file.spring,
-        };
         // As with shapes, the physics is asked for what else it knows.
         let mut world = World::new();
-        let bodies = placed.iter().filter(|placed| [&file.object, &file.parent].contains(&&placed.body.name));
+        let bodies = placed.iter().filter(|placed| [&file.child, &file.parent].contains(&&placed.body.name));
         let added: Result<Vec<()>, _> = bodies.map(|placed| world.add(placed.body.clone(), Pose::identity())).collect();
-        added.and_then(|_| world.slide(&slide)).map_err(|e| self.document.error(key, e.to_string()))?;
-        Ok(slide)
+        added.and_then(|_| world.slide(file)).map_err(|e| self.document.error(key, e.to_string()))?;
+        Ok(file.clone())
     }
 
     /// The forces at which a motion ends, and whether the solver's iterations are possible.
@@ -94,6 +74,6 @@ impl<'a> Builder<'a> {
             let expected = format!("{}: expected a force of at least `rise`, {} newtons", file.abort, file.rise);
             return self.wrong(&key.field("abort"), expected);
         }
-        Ok(Guard { rise: file.rise, abort: file.abort })
+        Ok(*file)
     }
 }

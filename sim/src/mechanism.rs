@@ -1,15 +1,59 @@
-//! Slides: one object moves along an axis of another, and in no other way. A drawer in its cabinet, a button in its
-//! housing.
+//! What acts on objects besides the hand: magnets, slides and pushes.
 
-use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Point3, Quaternion, Unit, UnitQuaternion, Vector3};
+use rapier3d::math::Vector;
 use rapier3d::prelude::{
     GenericJoint, GenericJointBuilder, JointAxesMask, JointAxis, MotorModel, PhysicsWorld, RigidBodyHandle,
+    RigidBodyType,
 };
 use serde::{Deserialize, Serialize};
 
-use crate::check::within;
-use crate::error::SimError;
-use crate::frame::{Pose, from_engine, to_engine};
+use crate::error::{SimError, within};
+use crate::frame::{Pose, from_engine, to_engine, to_engine_vector};
+
+/// A lid held by a magnet. While `a` is within `range` of its seat on `b`, it is drawn along −z of the seat with
+/// `force`, and `b` the other way.
+///
+/// Keep the force under 0.7 of the weight of `b`. Else whoever pulls at the lid lifts what it closes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Magnet {
+    /// Name of the object that is held.
+    pub a: String,
+    /// Name of the object it is held to.
+    pub b: String,
+    /// Pose of `a` in the frame of `b` when it is seated.
+    pub seat: Pose,
+    /// Newtons.
+    pub force: f64,
+    /// Distance of the origin of `a` from its seat up to which the magnet draws, metres.
+    pub range: f64,
+}
+
+/// A magnet between two bodies of the world, by index.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct Bond {
+    pub(crate) a: usize,
+    pub(crate) b: usize,
+    pub(crate) magnet: Magnet,
+}
+
+impl Bond {
+    /// Adds this magnet's forces for the coming step.
+    pub(crate) fn pull(&self, physics: &mut PhysicsWorld, a: RigidBodyHandle, b: RigidBodyHandle) {
+        let place = from_engine(physics.bodies[a].position());
+        let seat = from_engine(physics.bodies[b].position()) * self.magnet.seat;
+        let gap = place.translation.vector - seat.translation.vector;
+        if gap.norm() >= self.magnet.range {
+            return;
+        }
+        let force = to_engine_vector(&(seat.rotation * Vector3::new(0.0, 0.0, -self.magnet.force)));
+        let point = to_engine_vector(&(place * Point3::origin()).coords);
+        // A sleeping body keeps still in any case. The force must not wake it: else a body under a magnet would never
+        // rest.
+        physics.bodies[a].add_force_at_point(force, point, false);
+        physics.bodies[b].add_force_at_point(-force, point, false);
+    }
+}
 
 /// The longest travel of a slide in metres.
 const MAX_TRAVEL: f64 = 1.0;
@@ -28,22 +72,27 @@ const STICTION: f32 = 1e6;
 /// Friction works at any speed and holds the child where it is left. Damping grows with the speed. The spring draws to
 /// the start of the range. The two objects do not collide with each other.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Slide {
     /// Name of the object that carries the other.
     pub parent: String,
     /// Name of the object that slides.
+    #[serde(rename = "object")]
     pub child: String,
     /// The direction of growing values, in the parent's frame (any length but zero).
     pub axis: [f64; 3],
     /// Length of the range: values go from 0 to this.
     pub travel: f64,
     /// The value at which the child is when the slide is made.
+    #[serde(default)]
     pub value: f64,
     /// Dry friction: the least force that moves the child.
     pub friction: f64,
     /// Viscous friction, N·s/m.
+    #[serde(default)]
     pub damping: f64,
     /// Stiffness of a spring that draws to value 0, N/m.
+    #[serde(default)]
     pub spring: f64,
 }
 
@@ -133,4 +182,57 @@ fn from_x_to(axis: &Vector3<f64>) -> UnitQuaternion<f64> {
         return Unit::new_unchecked(Quaternion::new(0.0, 0.0, 0.0, 1.0));
     }
     Unit::new_normalize(Quaternion::from_parts(1.0 + axis.x, Vector3::x().cross(axis)))
+}
+
+/// A push under way. The object is carried along a smooth path (fifth-order, at rest at both ends) as if an unyielding
+/// hand moved it. What is in it or on it comes along by contact.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct Push {
+    pub(crate) object: usize,
+    start: Pose,
+    displacement: Vector3<f64>,
+    steps: u32,
+    done: u32,
+    /// Whether the object moves freely again afterwards.
+    dynamic: bool,
+}
+
+impl Push {
+    /// Takes hold of the body.
+    pub(crate) fn begin(
+        physics: &mut PhysicsWorld,
+        object: usize,
+        body: RigidBodyHandle,
+        displacement: Vector3<f64>,
+        steps: u32,
+        dynamic: bool,
+    ) -> Push {
+        let body = &mut physics.bodies[body];
+        let start = from_engine(body.position());
+        body.set_body_type(RigidBodyType::KinematicPositionBased, true);
+        Push { object, start, displacement, steps: steps.max(1), done: 0, dynamic }
+    }
+
+    /// Sets the body's goal for the coming step.
+    pub(crate) fn drive(&mut self, physics: &mut PhysicsWorld, body: RigidBodyHandle) {
+        self.done += 1;
+        let s = f64::from(self.done) / f64::from(self.steps);
+        let way = s * s * s * (10.0 + s * (6.0 * s - 15.0));
+        let mut pose = self.start;
+        pose.translation.vector += self.displacement * way;
+        physics.bodies[body].set_next_kinematic_position(to_engine(&pose));
+    }
+
+    /// Lets go once the path is done. Returns whether it is.
+    pub(crate) fn finish(&self, physics: &mut PhysicsWorld, body: RigidBodyHandle) -> bool {
+        if self.done < self.steps {
+            return false;
+        }
+        let kind = if self.dynamic { RigidBodyType::Dynamic } else { RigidBodyType::Fixed };
+        let body = &mut physics.bodies[body];
+        body.set_body_type(kind, true);
+        body.set_linvel(Vector::ZERO, true);
+        body.set_angvel(Vector::ZERO, true);
+        true
+    }
 }

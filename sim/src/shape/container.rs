@@ -1,12 +1,9 @@
-//! Cups: round containers of flat walls, and the handles to take them by.
+//! Containers: cups, bins and drawers.
 
 use serde::Deserialize;
 
-use crate::convex::{Convex, SIDES};
 use crate::frame::{Pose, pose_at, rotation_about};
-use crate::interior::Interior;
-use crate::object::{Object, Outline};
-use crate::part::Part;
+use crate::object::{Convex, Interior, Object, Outline, Part, SIDES};
 use crate::shape::number::{all_positive, positive, sides};
 
 /// The walls end so high above the base, metres: more than the distance at which the engine makes contacts (0.4 mm).
@@ -102,16 +99,111 @@ impl Handle {
     /// The bar, and struts from the middle of the cup's wall to the bar.
     fn parts(&self, room: &Interior, wall: f64) -> Vec<Part> {
         let Handle { center, half, ref struts, strut_half, density, friction } = *self;
-        let mut parts =
-            vec![Part::new(Convex::Cuboid { half }, pose_at(center, Default::default()), density, friction)];
+        let mut parts = vec![Part::cuboid(half, center, density, friction)];
         let side = center[0].signum();
         for &z in struts {
             let inner = room.radius_at(z) + 0.5 * wall;
             let outer = center[0].abs() - half[0];
-            let strut = Convex::Cuboid { half: [0.5 * (outer - inner), strut_half[0], strut_half[1]] };
-            let pose = Pose::translation(side * 0.5 * (inner + outer), center[1], z);
-            parts.push(Part::new(strut, pose, density, friction));
+            let strut = [0.5 * (outer - inner), strut_half[0], strut_half[1]];
+            let at = [side * 0.5 * (inner + outer), center[1], z];
+            parts.push(Part::cuboid(strut, at, density, friction));
         }
         parts
+    }
+}
+
+/// An open box. Frame: the centre of its base.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bin {
+    /// Inner extents along x and y in metres.
+    #[serde(deserialize_with = "all_positive")]
+    pub inner: [f64; 2],
+    /// Height of the rim above the base in metres.
+    #[serde(deserialize_with = "positive")]
+    pub height: f64,
+    /// Thickness of wall and floor in metres.
+    #[serde(deserialize_with = "positive")]
+    pub wall: f64,
+    /// kg/m³.
+    #[serde(deserialize_with = "positive")]
+    pub density: f64,
+    /// Coefficient of friction.
+    pub friction: f64,
+}
+
+impl Bin {
+    /// The bin as an object.
+    pub fn object(&self, name: impl Into<String>) -> Object {
+        let Bin { inner, height, wall, density, friction } = *self;
+        let [half_x, half_y] = inner.map(|extent| 0.5 * extent);
+        let half_wall = 0.5 * wall;
+        let part = |half, x, y, z| Part::cuboid(half, [x, y, z], density, friction);
+        let (low, half_z) = (0.5 * (height + half_wall), 0.5 * (height - half_wall));
+        let across = [half_wall, half_y + wall, half_z];
+        let along = [half_x + wall, half_wall, half_z];
+        let parts = vec![
+            part([half_x + wall, half_y + wall, half_wall], 0.0, 0.0, half_wall),
+            part(across, half_x + half_wall, 0.0, low),
+            part(across, -half_x - half_wall, 0.0, low),
+            part(along, 0.0, half_y + half_wall, low),
+            part(along, 0.0, -half_y - half_wall, low),
+        ];
+        let outline = Outline { top: height, reach: libm::hypot(half_x + wall, half_y + wall) };
+        let room = Interior::Box { half_x, half_y, floor: wall, height };
+        Object::new(name, parts, outline).with_color([176, 148, 86]).with_room(room)
+    }
+}
+
+/// A drawer: an open box, a front panel towards −x, and a fin on it to take it by. Frame: the centre of the base of its
+/// box.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Drawer {
+    /// Inner extents along x and y in metres.
+    #[serde(deserialize_with = "all_positive")]
+    pub inner: [f64; 2],
+    /// Height of the rim above the base in metres.
+    #[serde(deserialize_with = "positive")]
+    pub height: f64,
+    /// Thickness of walls and floor in metres.
+    #[serde(deserialize_with = "positive")]
+    pub wall: f64,
+    /// Half of the front panel's thickness, width and height in metres. Its lower edge is at the base.
+    #[serde(deserialize_with = "all_positive")]
+    pub panel: [f64; 3],
+    /// Half extents of the fin in metres. It stands upright before the middle of the panel.
+    #[serde(deserialize_with = "all_positive")]
+    pub fin: [f64; 3],
+    /// Height of the fin's centre above the base in metres.
+    pub fin_z: f64,
+    /// kg/m³.
+    #[serde(deserialize_with = "positive")]
+    pub density: f64,
+    /// Coefficient of friction.
+    pub friction: f64,
+}
+
+impl Drawer {
+    /// The drawer as an object.
+    pub fn object(&self, name: impl Into<String>) -> Object {
+        let Drawer { inner, height, wall, panel, fin, fin_z, density, friction } = *self;
+        let [half_x, half_y] = inner.map(|extent| 0.5 * extent);
+        let half_wall = 0.5 * wall;
+        let part = |half, at| Part::cuboid(half, at, density, friction);
+        let (half_z, middle) = (0.5 * (height - wall), 0.5 * (height + wall));
+        let side = [half_x, half_wall, half_z];
+        let panel_x = -half_x - panel[0];
+        let parts = vec![
+            part([half_x + half_wall, half_y + wall, half_wall], [half_wall, 0.0, half_wall]),
+            part([half_wall, half_y + wall, half_z], [half_x + half_wall, 0.0, middle]),
+            part(side, [0.0, half_y + half_wall, middle]),
+            part(side, [0.0, -half_y - half_wall, middle]),
+            part(panel, [panel_x, 0.0, panel[2]]),
+            part(fin, [panel_x - panel[0] - fin[0], 0.0, fin_z]),
+        ];
+        let outline = Outline { top: height, reach: libm::hypot(half_x, half_y) };
+        let room = Interior::Box { half_x, half_y, floor: wall, height };
+        Object::new(name, parts, outline).with_color([198, 166, 120]).with_room(room)
     }
 }
