@@ -12,7 +12,7 @@ fn exact<'a>(heads: impl IntoIterator<Item = &'a str>, clock: &str) -> Vec<bool>
 }
 
 /// The fields of the columns that are kept. A line that is too long or too short stays as it is.
-fn kept<'a>(fields: Vec<&'a str>, columns: &[bool]) -> Vec<String> {
+fn kept(fields: Vec<&str>, columns: &[bool]) -> Vec<String> {
     let is_whole = fields.len() == columns.len();
     let kept = fields.into_iter().enumerate().filter(|(index, _)| !is_whole || columns[*index]);
     kept.map(|(_, field)| field.to_owned()).collect()

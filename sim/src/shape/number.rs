@@ -34,6 +34,6 @@ pub(super) fn sides<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D
 fn refuse<E: Error>(values: &[f64]) -> Result<(), E> {
     values
         .iter()
-        .find(|value| !(**value > 0.0))
+        .find(|value| value.is_nan() || **value <= 0.0)
         .map_or(Ok(()), |value| Err(E::custom(format!("{value}: expected more than 0"))))
 }
