@@ -1,8 +1,8 @@
 //! The gate of update cost: the work of updates and kernels now, against their work when it was last meant to change.
 //!
-//! Two baselines are files below `results/baselines`. A [`WorkBaseline`] holds the exact counters of the cost suite, and
-//! the instructions of its smaller updates. `situ-bench cost --check` compares with it, and `situ-bench cost --mint`
-//! writes it anew. An [`InstructionBaseline`] holds the instructions of kernels and of whole updates; the bench
+//! Two baselines are files below `results/baselines`. A [`WorkBaseline`] holds the exact counters of the cost suite,
+//! and the instructions of its smaller updates. `situ-bench cost --check` compares with it, and `situ-bench cost
+//! --mint` writes it anew. An [`InstructionBaseline`] holds the instructions of kernels and of whole updates; the bench
 //! `instructions` compares with it. Counters depend on the input alone, so any difference is a verdict. Instructions
 //! depend on the toolchain, the target and the processor's vectors besides; they are compared where these are the same,
 //! by [`TOLERANCE`]. The clock is in no baseline.
