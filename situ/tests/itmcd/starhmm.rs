@@ -331,3 +331,46 @@ fn parameters_are_counted_where_they_are_free() {
     counted.phases[1].entry = 0;
     assert_eq!(counted.free_parameters(), alone + 2, "0 and 1 share a v");
 }
+
+/// The fit ends with the first iteration that gains less than the tolerance, or with the last that is allowed.
+#[test]
+fn the_fit_ends_where_it_gains_too_little() {
+    let mut early = 0;
+    for seed in 0..20 {
+        let mut rng = generator(seed, "end");
+        let truth = model(2, 1, &mut rng);
+        let sequences: Vec<StarhmmSequence> = (0..3).map(|_| draw(&truth, 15, &mut rng).0).collect();
+        let start = model(2, 1, &mut rng);
+        for (tolerance, max_iterations) in [(0.5, 40), (0.01, 40), (0.01, 3)] {
+            let parameters = FitParameters { ridge: 1e-3, floor: 1e-3, switch_ridge: 1e-2, tolerance, max_iterations };
+            let Ok(fit) = start.clone().fit(&sequences, &parameters) else { continue };
+            let gains: Vec<f64> = fit.log_likelihoods.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            let (last, before) = gains.split_last().expect("one iteration at least");
+            assert!(before.iter().all(|gain| *gain >= tolerance), "{seed}: {gains:?}");
+            assert!(*last < tolerance || gains.len() == max_iterations, "{seed}: {gains:?}");
+            early += usize::from(gains.len() < max_iterations);
+        }
+    }
+    assert!(early > 20, "{early} of 60 fits ended early");
+}
+
+/// Every w has the length of φ, and every v that of ψ, whichever of them is another.
+#[test]
+fn each_length_alone_is_refused() {
+    let mut rng = generator(3, "lengths");
+    let sound = model(2, 1, &mut rng);
+    let (sequence, _) = draw(&sound, 5, &mut rng);
+    let refused = |change: &dyn Fn(&mut Starhmm)| {
+        let mut other = sound.clone();
+        change(&mut other);
+        let expected = StarhmmError::Model("phases, w and v of one shape each");
+        assert_eq!(other.posterior(0, &sequence), Err(expected));
+    };
+    let last = sound.entries.len() - 1;
+    refused(&|model| model.exits[1].push(0.0));
+    refused(&|model| model.entries[last].push(0.0));
+    refused(&|model| {
+        model.phases[1].emission =
+            LinearGaussian::new(vec![0.0; OUTPUTS * (INPUTS + 1)], vec![1.0, 0.0, 0.0, 1.0], INPUTS + 1).unwrap();
+    });
+}

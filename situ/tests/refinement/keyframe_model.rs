@@ -1,6 +1,7 @@
 //! What a correction does to keyframe clusters.
 
 use proptest::prelude::*;
+use situ::demonstration::Gripper;
 use situ::keyframe::pose::log;
 use situ::method::refinement::Refine;
 use situ::method::refinement::alignment::{Stop, align, distance};
@@ -139,5 +140,14 @@ proptest! {
             cost += distance(&model[i].pose, &shown[j].pose);
         }
         prop_assert!((cost - least(&model, &shown)).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn a_hand_is_closed_below_half_its_stroke() {
+    let closed = |gripper| Stop { gripper, ..Stop::from(&pick()[0]) }.is_closed();
+    assert!(closed(Gripper::Close(0.0)) && !closed(Gripper::Open(0.0)));
+    for (share, expected) in [(0.0, true), (0.499, true), (0.5, false), (1.0, false)] {
+        assert_eq!(closed(Gripper::Opening(share)), expected, "{share}");
     }
 }
