@@ -6,7 +6,7 @@
 //! | D1, D2, D3, D10, D18: switches of an update | here; what they do is in [`crate::mending`] |
 //! | D4: a segment is clustered with the candidates; other groups of them merge | [`crate::update::Update::cluster`] |
 //! | D9: merged nodes have new names | [`crate::update::Renamed`] |
-//! | D11: START, END, and no confident child | [`crate::place::Place`], [`crate::update::Update::end`] |
+//! | D11: START, END, and no confident child | [`crate::place::Place`], [`crate::update`] |
 //! | D17: what an update did | [`crate::trace`] |
 //! | D2b, D2c, D5 to D8, D10b, D12 to D16: the kernels | [`crate::keyframe`] |
 //!

@@ -7,7 +7,7 @@
 //! | line | decision | hook |
 //! |---|---|---|
 //! | A2.2 | D10: what is compared with a segment | [`Update::candidates`], [`Update::ask_further`] |
-//! | A2.4, A2.18 | D18: a segment shows another way of doing it | [`Update::mend_match`], [`Update::update_policy`] |
+//! | A2.4, A2.18 | D18: a segment shows another way of doing it | [`Update::mend_match`] |
 //! | A2.7 | D2: background negatives | [`Update::add_background`] |
 //! | A2.17 | D1: a primitive's own positives; D2 | [`Update::mend_negatives`] |
 //! | A2.12, A2.20, END | D3: the siblings learn where they do not begin | [`Update::tell_siblings`] |

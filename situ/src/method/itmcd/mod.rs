@@ -2,7 +2,7 @@
 //! This is a *reconstruction*: we do not know the paper's modification of the criterion, nor its numbers.
 //!
 //! At a correction the automaton becomes a STARHMM ([`starhmm`]). Every edit that it could need ([`candidate`]) is
-//! fitted by EM to all data, original and corrective, and AICc ([`criterion`]) chooses ([`selection`]). Then exactly
+//! fitted by EM to all data, original and corrective, and AICc chooses ([`selection`]). Then exactly
 //! that edit is made to the keyframe task model, by the lines of Algorithm 2 that SITU uses too. So only the choice
 //! differs: it starts from the same task model as every keyframe method, and executes it in the same way.
 //!
@@ -23,7 +23,7 @@
 //!   can, even if it fits badly on the way.
 //! - *Termination.* The end of a primitive is observed, as for every method here: the reference object changes. So τ
 //!   only has a constant.
-//! - *Autoregression.* It is off: see [`parameters::Lag`].
+//! - *Autoregression.* There is none: an emission does not see the step before.
 //! - *Refusal.* If every candidate is too large for the data, the model stays as it is. The candidates of the last
 //!   correction, with those that were refused, are in the model's JSON under `rounds`.
 
