@@ -79,7 +79,7 @@ const MISTAKES: [Mistake; 32] = [
         "frictoin = 0.6 }\ncolor = [90",
         "frictoin",
         "object[2].shape.block.frictoin",
-        "unexpected keys in table: frictoin",
+        "unknown field `frictoin`, expected one of `half`, `density`, `friction`",
     ),
     ("open = 0.06\n", "open = 0.06\nopen = 0.07\n", "open = 0.07", "open", "duplicate key"),
     ("[gripper]", "[gripper", "[gripper", "[gripper", "expected `]`"),
