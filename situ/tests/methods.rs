@@ -132,10 +132,14 @@ fn follows(model: &dyn Learned, demonstration: &Demonstration) -> bool {
 fn names_are_unique_and_described() {
     let methods = all();
     let names: BTreeSet<&str> = methods.iter().map(|method| method.name()).collect();
-    assert_eq!(names.len(), methods.len(), "a name is given twice");
+    let summaries: BTreeSet<&str> = methods.iter().map(|method| method.summary()).collect();
+    assert_eq!((names.len(), summaries.len()), (30, 30), "30 methods, each with a name and a summary of its own");
     for method in &methods {
-        assert!(!method.summary().is_empty() && !method.source().is_empty(), "{}", method.name());
+        assert!(method.summary().len() > 20 && !method.source().is_empty(), "{}", method.name());
         assert_eq!(named(method.name()).unwrap().summary(), method.summary());
+        // The ablations of `situ` are ours.
+        let is_ablation = method.name().starts_with("situ:") && method.name() != "situ:literal";
+        assert!(!is_ablation || method.source() == "this project", "{}", method.name());
     }
     assert!(named("nobody").is_none());
 }

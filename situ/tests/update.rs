@@ -189,6 +189,9 @@ where
     let mut far = 0;
     if segments.len() == 1 {
         far = stays_local(before, &after, last, shown, decisions);
+        let made = difference(&Graph::of(before, learner), &Graph::of(&after, learner));
+        let merged: usize = trace.steps[0].merged.iter().map(|(group, _)| group.len() - 1).sum();
+        assert_eq!(made.nodes_merged, merged);
         order_does_not_matter(before, last, shown, learner, decisions);
         for model in [before, &after] {
             let found = model.applicable(&segments[0].start, &mut Counters::default());
