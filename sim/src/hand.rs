@@ -40,6 +40,8 @@ const FINGER_SPEED: f64 = 0.15;
 const FORCE_HEADROOM: f64 = 3.0;
 /// A motor's limit while opening, newtons.
 const OPENING_FORCE: f64 = 60.0;
+/// Fingers this near to the distance that they are to open to are there, metres.
+const OPEN_WITHIN: f64 = 1e-3;
 /// How deep the palm may be in what is fixed, in metres. A real palm gives so much before the force is felt.
 const PALM_GIVES: f64 = 0.003;
 /// Time constant of the low-passed contact forces, in steps.
@@ -162,6 +164,15 @@ impl Hand {
     /// The command in force.
     pub(crate) fn command(&self) -> GripperCommand {
         self.command
+    }
+
+    /// Whether fingers that stand still have done what the command asks for. Fingers that are to close have met with
+    /// something, or with each other.
+    pub(crate) fn has_obeyed(&self, physics: &PhysicsWorld) -> bool {
+        match self.command {
+            GripperCommand::Open(width) => (self.opening(physics) - width).abs() < OPEN_WITHIN,
+            GripperCommand::Close(_) => true,
+        }
     }
 
     /// Distances of the pads from the middle, metres.

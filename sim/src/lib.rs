@@ -50,7 +50,7 @@ pub use hand::{ABORT_FORCE, GUARD_FORCE, GripperCommand, Guard, MAX_OPENING, MAX
 pub use image::{Film, Image};
 pub use mechanism::{Magnet, Slide};
 pub use motion::MotionEnd;
-pub use motion::route::{MAX_SPEED, MAX_TURN};
+pub use motion::pace::{CONTACT_SPEED, CONTACT_TURN, MAX_SPEED, MAX_TURN};
 pub use object::{Convex, Interior, Mobility, Object, Outline, Part};
 pub use perception::Overlap;
 pub use shape::*;

@@ -2,15 +2,17 @@
 //! things.
 
 mod obstacles;
+pub(crate) mod pace;
 mod plan;
-pub(crate) mod route;
+mod route;
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::check_pose;
 use crate::frame::Pose;
+use crate::hand::GripperCommand;
 use crate::motion::plan::Unplanned;
-use crate::motion::route::{Course, Place};
+use crate::motion::route::Place;
 use crate::step::steps_in;
 use crate::tag::HAND;
 use crate::world::World;
@@ -24,6 +26,13 @@ const BACK_OFF: usize = 4;
 const RETREAT: usize = 60;
 /// How long it then stays there, in seconds.
 const BACK_OFF_HOLD: f64 = 0.05;
+
+/// The longest time that is waited for the fingers, seconds. Their whole stroke takes them 0.27 s.
+const GRIP_LONGEST: f64 = 0.5;
+/// How long the fingers must have stood still, seconds.
+const GRIP_REST: f64 = 0.05;
+/// Fingers whose distance changes by less than this in a step stand still, metres. They close at 1.25 mm a step.
+const GRIP_STILL: f64 = 2e-5;
 
 /// How a motion ended.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -55,8 +64,11 @@ impl MotionEnd {
 }
 
 impl World {
-    /// Moves the hand to `target` (pose of the tool centre point): straight in position, spherical in rotation, at most
-    /// 0.25 m/s and 1.5 rad/s.
+    /// Moves the hand to `target` (pose of the tool centre point): straight in position, spherical in rotation.
+    ///
+    /// Near things it goes at most 0.25 m/s and 1.5 rad/s. The further it is from everything, the faster it goes, up to
+    /// 1 m/s and 3 rad/s: it can always slow down before it touches something. With a load that can spill it speeds up
+    /// and turns no faster than near things.
     ///
     /// An arm that carries the hand must be able to follow ([`World::mount`]). Where it cannot, or would run into
     /// something, it finds a way round. The motion is slower where a joint could not keep up.
@@ -69,17 +81,17 @@ impl World {
         if check_pose(HAND, &target).is_err() {
             return MotionEnd::Aborted { force: rest };
         }
-        let route = match self.plan(target) {
-            Ok(route) => route,
+        let (route, pace) = match self.plan(target) {
+            Ok(plan) => plan,
             Err(Unplanned::OutOfReach) => return MotionEnd::OutOfReach,
             Err(Unplanned::NoPlan) => return MotionEnd::NoPlan,
         };
-        let course = Course::new(route.length());
-        let mut passed = vec![route.at(0.0)];
+        let mut passed = vec![route.start()];
         // A palm that is in something fixed already may leave.
         let mut may_block = !self.hand.is_blocked(&self.physics);
-        for step in 1..=course.steps {
-            let place = route.at(if step == course.steps { 1.0 } else { course.way(step) });
+        for step in 1..=pace.steps {
+            let (piece, part) = pace.at(step);
+            let place = if step == pace.steps { route.end() } else { route.at(piece, part) };
             self.go(&place, observer);
             passed.push(place);
             let force = self.hand_force();
@@ -109,6 +121,23 @@ impl World {
         for _ in 0..steps_in(seconds) {
             self.step();
             observer(self);
+        }
+    }
+
+    /// Gives the gripper a command and waits until the fingers have obeyed: until they have stood still for 0.05 s, and
+    /// at most half a second. `observer` is called after each step.
+    pub fn grip(&mut self, command: GripperCommand, observer: &mut dyn FnMut(&World)) {
+        self.command(command);
+        let (mut before, mut still) = (self.opening(), 0);
+        for _ in 0..steps_in(GRIP_LONGEST) {
+            self.step();
+            observer(self);
+            let opening = self.opening();
+            still = if (opening - before).abs() < GRIP_STILL { still + 1 } else { 0 };
+            before = opening;
+            if still == steps_in(GRIP_REST) && self.hand.has_obeyed(&self.physics) {
+                break;
+            }
         }
     }
 

@@ -181,6 +181,25 @@ impl World {
         self.steps as f64 * DT
     }
 
+    /// Steps since the world was made.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// About how many bytes a copy of the world takes.
+    pub fn bytes(&self) -> usize {
+        /// A body with its collider and their places in the engine's trees and lists.
+        const BODY: usize = 2000;
+        /// A further collider of a body.
+        const COLLIDER: usize = 1000;
+        /// Two colliders that are near each other, with their contacts.
+        const PAIR: usize = 1000;
+        let physics = &self.physics;
+        BODY * physics.bodies.len()
+            + COLLIDER * physics.colliders.len()
+            + PAIR * physics.narrow_phase.contact_pairs().count()
+    }
+
     /// Whether the world's numbers are still sound: all are finite, and nothing is beyond the floor. Else the run is
     /// spoilt.
     pub fn is_finite(&self) -> bool {

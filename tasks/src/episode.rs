@@ -14,8 +14,8 @@ use crate::setting::Setting;
 use crate::skill::Skill;
 use crate::start;
 
-/// How long the hand stands still after a gripper command, in seconds. The fingers need 0.25 s for their stroke.
-pub const GRIP_SECONDS: f64 = 0.5;
+/// How long the hand takes hold of what has been dropped, in seconds. The fingers need 0.27 s for their stroke.
+const GRIP_SECONDS: f64 = 0.5;
 
 /// A hand that has to rise by more than this goes up first and then over, in metres. On a straight way, what it holds
 /// would scrape along the wall that it has to get over.
@@ -75,8 +75,8 @@ impl Episode {
         self.world.pose(name).map(|pose| start::level(&pose))
     }
 
-    /// Moves the hand to `target` (pose of the TCP, world frame), gives the gripper its command and half a second to
-    /// obey, then waits `hold` seconds. `observer` sees each step.
+    /// Moves the hand to `target` (pose of the TCP, world frame), gives the gripper its command and waits until
+    /// it has obeyed (at most half a second), then waits `hold` seconds. `observer` sees each step.
     ///
     /// The way is straight. Only a rise of more than [`RISE_FIRST`] without a turn goes up first and then over. If the
     /// guard stops the motion, the gripper command and the wait still follow. If the motion is aborted or cannot be
@@ -108,8 +108,7 @@ impl Episode {
         };
         if end.goes_on() {
             if let Some(command) = gripper {
-                self.world.command(command);
-                self.world.hold(GRIP_SECONDS, &mut watch);
+                self.world.grip(command, &mut watch);
             }
             self.world.hold(hold, &mut watch);
         }
@@ -192,6 +191,16 @@ impl Episode {
     /// Simulated seconds since the start.
     pub fn seconds(&self) -> f64 {
         self.world.time() - self.began
+    }
+
+    /// Steps of the physics since the world was made, those in which it settled among them.
+    pub fn steps(&self) -> u64 {
+        self.world.steps()
+    }
+
+    /// About how many bytes a copy takes.
+    pub fn bytes(&self) -> usize {
+        self.world.bytes()
     }
 
     /// Metres that the hand has travelled.

@@ -59,7 +59,7 @@ mod trial;
 mod vocabulary;
 
 pub use edit::NeededEdit;
-pub use episode::{Episode, EpisodeSnapshot, GRIP_SECONDS, RISE_FIRST};
+pub use episode::{Episode, EpisodeSnapshot, RISE_FIRST};
 pub use error::TaskError;
 pub use event::{Event, Happening};
 pub use feature::{

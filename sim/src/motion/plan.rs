@@ -5,15 +5,12 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::arm::connect::Space;
 use crate::arm::{Arm, ArmModel, Configuration, Joint};
-use crate::frame::{Pose, angle_of, between};
+use crate::frame::Pose;
 use crate::motion::obstacles::Obstacles;
-use crate::motion::route::Route;
+use crate::motion::pace::Pace;
+use crate::motion::route::{self, Route};
 use crate::world::World;
 
-/// On a straight way the arm is looked at once in so many metres of the hand's way.
-const PIECE: f64 = 0.01;
-/// It is also looked at once in so many radians of the hand's turn.
-const PIECE_TURN: f64 = 0.06;
 /// A joint that would have to turn by more than this from one look to the next cannot follow, radians.
 const JUMP: f64 = 0.35;
 /// How many different configurations at the target are goals of the search.
@@ -36,44 +33,48 @@ pub(crate) enum Unplanned {
 }
 
 impl World {
-    /// The hand's way to a pose: straight, unless an arm carries it and cannot follow.
-    pub(crate) fn plan(&mut self, to: Pose) -> Result<Route, Unplanned> {
+    /// The hand's way to a pose, straight unless an arm carries it and cannot follow, and its course in time.
+    pub(crate) fn plan(&mut self, to: Pose) -> Result<(Route, Pace), Unplanned> {
         let from = *self.hand.target();
-        let Some(arm) = &mut self.arm else { return Ok(Route::free(from, to)) };
-        let seed = arm.next_seed();
-        let arm = self.arm.as_ref().expect("it was there just now");
-        let obstacles = Obstacles::new(self, arm);
-        // On the straight way hand and load may touch things, since that is what they are there to do. The guard
-        // watches over them.
-        let is_followed = |configuration: &Configuration| obstacles.are_clear_of(configuration);
-        if let Some(joints) = arm.follow(&from, &to, &is_followed) {
-            return Ok(Route::straight(from, to, joints, &arm.shells.model));
-        }
-        // A way round may lead anywhere, so there hand and load must touch nothing.
-        let is_free = |configuration: &Configuration| obstacles.are_clear_of_all(configuration);
-        let way = arm.way_round(&to, seed, &is_free)?;
-        Ok(Route::through(&way, to, &arm.shells.model))
+        let seed = self.arm.as_mut().map_or(0, Arm::next_seed);
+        let obstacles = Obstacles::new(self);
+        let route = match &self.arm {
+            Some(arm) => arm.route(&obstacles, from, to, seed)?,
+            None => Route::free(from, to),
+        };
+        let pace = Pace::new(&route.pieces(&obstacles));
+        Ok((route, pace))
     }
 }
 
 impl Arm {
+    /// The hand's way: straight where the arm can follow, else round what is in the way.
+    fn route(&self, obstacles: &Obstacles, from: Pose, to: Pose, seed: u64) -> Result<Route, Unplanned> {
+        // On the straight way hand and load may touch things, since that is what they are there to do. The guard
+        // watches over them.
+        let is_followed = |configuration: &Configuration| obstacles.are_clear_of(&self.shells, configuration);
+        if let Some(configurations) = self.follow(&from, &to, &is_followed) {
+            return Ok(Route::followed(from, to, &configurations, &self.shells.model));
+        }
+        // A way round may lead anywhere, so there hand and load must touch nothing.
+        let is_free = |configuration: &Configuration| obstacles.are_clear_of_all(&self.shells, configuration);
+        let way = self.way_round(&to, seed, &is_free)?;
+        Ok(Route::through(&way, to, &self.shells.model))
+    }
+
     /// The arm's configurations on the straight way, if it can follow: none runs into anything, none is far from the
     /// last.
     fn follow(&self, from: &Pose, to: &Pose, is_free: &dyn Fn(&Configuration) -> bool) -> Option<Vec<Configuration>> {
-        let distance = (to.translation.vector - from.translation.vector).norm();
-        let angle = angle_of(&(from.rotation.inverse() * to.rotation));
-        let pieces = libm::ceil((distance / PIECE).max(angle / PIECE_TURN)).max(1.0) as usize;
-        let mut joints = vec![self.configuration];
-        for piece in 1..=pieces {
-            let target = if piece == pieces { *to } else { between(from, to, piece as f64 / pieces as f64) };
-            let before = joints[piece - 1];
+        let mut configurations = vec![self.configuration];
+        for target in route::straight(from, to) {
+            let before = configurations[configurations.len() - 1];
             let next = self.shells.model.solve(&target, &before, &self.rest)?;
             if (next - before).amax() > JUMP || !is_free(&next) {
                 return None;
             }
-            joints.push(next);
+            configurations.push(next);
         }
-        Some(joints)
+        Some(configurations)
     }
 
     /// A way to the target through the joints' angles.
