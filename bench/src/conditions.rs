@@ -14,8 +14,10 @@ use situ_teachers::Teacher;
 
 use crate::archive::Archive;
 use crate::error::BenchError;
+use crate::memo::Memo;
 use crate::protocol::Protocol;
 use crate::record::{Key, Stage};
+use crate::spending::{RunPhase, Spending, Steps};
 
 /// The conditions that all runs of one task, teacher and seed share.
 #[derive(Clone, Copy)]
@@ -26,15 +28,33 @@ pub struct Conditions<'a> {
     pub teacher: &'a Teacher,
     /// The seed of the run: the root of all its streams.
     pub seed: u64,
+    /// The task family.
+    pub task: &'a str,
     /// The features of every observed state, in the original task and in all its variations.
     pub schema: &'a Schema,
     /// Set when the user wants to stop.
     pub interrupted: &'a AtomicBool,
     /// Where the demonstrations are written, if anywhere.
     pub archive: Option<&'a Archive>,
+    /// What has been simulated already.
+    pub memo: &'a Memo,
+    /// Where the time goes.
+    pub spending: &'a Spending,
+    /// The part of the run to which the time counts.
+    pub phase: RunPhase,
 }
 
 impl Conditions<'_> {
+    /// The same conditions, in another part of the run.
+    pub(crate) fn during(self, phase: RunPhase) -> Self {
+        Self { phase, ..self }
+    }
+
+    /// Does a piece of work on this thread, and counts what is spent on it. `steps` reads the steps off its result.
+    pub(crate) fn spend<T>(&self, work: impl FnOnce() -> T, steps: impl FnOnce(&T) -> Steps) -> T {
+        self.spending.spend(self.task, self.phase, work, steps)
+    }
+
     /// The seed of one random draw on a setting: `purpose` and `numbers` name it.
     pub(crate) fn stream(&self, setting: &Setting, purpose: &str, numbers: &[u32]) -> u64 {
         let numbers: Vec<String> = numbers.iter().map(u32::to_string).collect();

@@ -9,16 +9,19 @@ use situ::edit::difference;
 use situ::method::{Learned, Method, Original};
 use situ::place::{NodeId, Place};
 use situ::structure::Structure;
-use situ_tasks::{Episode, EpisodeSnapshot, Setting, Skill};
+use situ_tasks::{Setting, Skill};
 use situ_teachers::Onset;
 
 use crate::conditions::Conditions;
 use crate::cost;
+use crate::ended::Ended;
 use crate::error::BenchError;
 use crate::evaluation::{Evaluation, Until};
 use crate::lesson::Lesson;
+use crate::memo::Cursor;
 use crate::record::{CorrectionRecord, RunRecord, StepSummary, TotalEffort, count};
-use crate::rollout::{Ended, Rollout, Watched, rollout};
+use crate::rollout::{Rollout, Watched};
+use crate::spending::{RunPhase, Steps};
 use crate::stop::{self, StopPoint};
 use crate::teaching::ATTEMPTS;
 
@@ -32,16 +35,16 @@ pub struct Robot<'a> {
 }
 
 /// A failure, as the teacher finds it.
-struct Failure {
-    snapshot: EpisodeSnapshot,
+struct Failure<'a> {
+    cursor: Cursor<'a>,
     trigger: String,
     last: Place,
     interrupted: Option<NodeId>,
 }
 
 /// A failure, the teacher's demonstration from there, and its effort.
-struct Shown {
-    failure: Failure,
+struct Shown<'a> {
+    failure: Failure<'a>,
     demonstration: Demonstration,
     effort: TotalEffort,
 }
@@ -84,7 +87,7 @@ impl<'a> Robot<'a> {
 
     /// Folds a correction in; returns its record. Skills that the teacher named are no longer among those that the
     /// oracle says to have changed.
-    fn correct(&mut self, shown: Shown, oracle: &mut Oracle) -> Result<CorrectionRecord, BenchError> {
+    fn correct(&mut self, shown: Shown<'_>, oracle: &mut Oracle) -> Result<CorrectionRecord, BenchError> {
         let Shown { failure: Failure { trigger, last, interrupted, .. }, demonstration, effort } = shown;
         let before = self.model.graph();
         let correction = Correction { interrupted, oracle: Some(&*oracle), ..Correction::after(last, &demonstration) };
@@ -112,7 +115,7 @@ impl<'a> Robot<'a> {
     }
 }
 
-impl Conditions<'_> {
+impl<'a> Conditions<'a> {
     /// Corrects the robot on a setting until the target is reached or the budget is used up. `before` is its evaluation
     /// there. The effort is added to the run. Returns the last evaluation.
     ///
@@ -132,7 +135,7 @@ impl Conditions<'_> {
             if self.is_reached(&last) {
                 break;
             }
-            let Some(shown) = self.shown(robot.model(), setting, &last, round)? else {
+            let Some(shown) = self.during(RunPhase::Correct).shown(robot.model(), setting, &last, round)? else {
                 // There is no failure from which this teacher can still show the way, so no further correction will
                 // come.
                 last = self.evaluate(robot.model(), setting, round, Until::Done)?;
@@ -140,7 +143,8 @@ impl Conditions<'_> {
             };
             self.archive_correction(robot, setting, &shown, round)?;
             run.effort += shown.effort;
-            let correction = robot.correct(shown, &mut oracle)?;
+            let correction =
+                self.during(RunPhase::Correct).spend(|| robot.correct(shown, &mut oracle), |_| Steps::default())?;
             last = self.evaluate(robot.model(), setting, round + 1, self.until(round, budget))?;
             run.corrections.push(CorrectionRecord { after: Some(last.rate), ..correction });
         }
@@ -152,7 +156,7 @@ impl Conditions<'_> {
         &self,
         robot: &Robot<'_>,
         setting: &Setting,
-        shown: &Shown,
+        shown: &Shown<'_>,
         round: u32,
     ) -> Result<(), BenchError> {
         let Some(archive) = self.archive else { return Ok(()) };
@@ -170,17 +174,17 @@ impl Conditions<'_> {
         setting: &Arc<Setting>,
         last: &Evaluation,
         round: u32,
-    ) -> Result<Option<Shown>, BenchError> {
+    ) -> Result<Option<Shown<'a>>, BenchError> {
         for index in &last.failures {
             self.check_interrupt()?;
             let Some(failure) = self.watch(model, setting, round, *index)? else { continue };
             for attempt in 0..ATTEMPTS {
-                let mut episode = Episode::restore(&failure.snapshot);
                 let seed = self.stream(setting, "correct", &[round, *index, attempt]);
                 let name = format!("{}-correction-{round}", setting.label());
-                let shown =
-                    self.teacher.demonstrate(&name, Kind::Corrective, self.schema, &mut episode, seed, &mut |_| {})?;
-                if let (true, Some(demonstration)) = (shown.clean, shown.demonstration) {
+                let shown = failure
+                    .cursor
+                    .shown(attempt, |episode| self.demonstrated(&name, Kind::Corrective, episode, seed))?;
+                if let (true, Some(demonstration)) = (shown.clean, shown.demonstration.clone()) {
                     return Ok(Some(Shown { failure, demonstration, effort: TotalEffort::from(&shown.effort) }));
                 }
             }
@@ -196,30 +200,24 @@ impl Conditions<'_> {
         setting: &Arc<Setting>,
         round: u32,
         index: u32,
-    ) -> Result<Option<Failure>, BenchError> {
-        let watch = |watched| -> Result<Option<(Episode, Rollout)>, BenchError> {
-            let Some(mut episode) = self.start(setting, round, index)? else { return Ok(None) };
-            let (execute, mut rng) = self.execution(setting, round, index, watched);
-            let rollout = rollout(model, &mut episode, execute, &mut rng, &mut |_| {})?;
-            Ok(Some((episode, rollout)))
-        };
+    ) -> Result<Option<Failure<'a>>, BenchError> {
+        let watch = |watched| self.roll_out(model, setting, (round, index), watched);
         let onset = self.teacher.onset(self.stream(setting, "onset", &[round, index]));
-        let Some((mut episode, mut rollout)) = watch(Watched::AfterMissing(u32::from(onset == Onset::Late)))? else {
+        let Some((mut rollout, mut cursor)) = watch(Watched::AfterMissing(u32::from(onset == Onset::Late)))? else {
             return Ok(None);
         };
         // Too early is one primitive before the one that went wrong: the robot begins anew and is stopped there.
         if let (Onset::Early, Some(last)) = (onset, rollout.primitives.len().checked_sub(1))
             && let Some(early) = watch(Watched::UntilPrimitive(last))?
         {
-            (episode, rollout) = early;
+            (rollout, cursor) = early;
         }
         if rollout.success || rollout.ended == Ended::Spoilt {
             return Ok(None);
         }
         let trigger = if rollout.ended == Ended::End { "wrong outcome".to_owned() } else { rollout.ended.to_string() };
-        let snapshot = episode.snapshot();
         let Rollout { last, interrupted, .. } = rollout;
-        Ok(Some(Failure { snapshot, trigger, last, interrupted }))
+        Ok(Some(Failure { cursor, trigger, last, interrupted }))
     }
 }
 

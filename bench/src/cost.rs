@@ -20,6 +20,24 @@ pub fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     (result, start.elapsed().as_secs_f64())
 }
 
+/// Runs `work`; returns its result, and the processor seconds of this thread that it took. Where the system does not
+/// count those, they are the wall clock's.
+pub fn processor_timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    #[cfg(unix)]
+    let now = || {
+        let now = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+        now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
+    };
+    #[cfg(not(unix))]
+    let now = {
+        let start = Instant::now();
+        move || start.elapsed().as_secs_f64()
+    };
+    let before = now();
+    let result = work();
+    (result, now() - before)
+}
+
 /// One correction, by itself in a function that is never inlined. Callgrind counts what happens between its call and
 /// its return.
 ///

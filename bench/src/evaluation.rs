@@ -10,9 +10,12 @@ use situ::method::Learned;
 use situ_tasks::{Episode, Setting, TaskError};
 
 use crate::conditions::Conditions;
+use crate::ended::Ended;
 use crate::error::BenchError;
+use crate::memo::{Beginning, Cursor};
 use crate::record::Rate;
-use crate::rollout::{Ended, Execute, Rollout, Watched, rollout};
+use crate::rollout::{Execute, Rollout, Watched, rollout};
+use crate::spending::Steps;
 
 /// Rollouts between two looks at whether the target is out of reach. The number is fixed: the rollouts must not
 /// depend on the number of threads.
@@ -63,7 +66,7 @@ impl Evaluation {
     }
 }
 
-impl Conditions<'_> {
+impl<'a> Conditions<'a> {
     /// Rolls the model out from fresh starts, which `round` names. An evaluation `until` the target is out of reach
     /// stops after the batch in which that became certain. It then tells that the model must be corrected further, and
     /// not how well it does.
@@ -82,9 +85,8 @@ impl Conditions<'_> {
         for batch in indices.chunks(BATCH) {
             let rollouts = batch.par_iter().map(|index| {
                 self.check_interrupt()?;
-                let Some(mut episode) = self.start(setting, round, *index)? else { return Ok(None) };
-                let (execute, mut rng) = self.execution(setting, round, *index, Watched::No);
-                rollout(model, &mut episode, execute, &mut rng, &mut |_| {}).map(Some)
+                let rolled_out = self.roll_out(model, setting, (round, *index), Watched::No)?;
+                Ok(rolled_out.map(|(rollout, _)| rollout))
             });
             let rollouts: Vec<Option<_>> = rollouts.collect::<Result<_, BenchError>>()?;
             for (index, rollout) in batch.iter().zip(rollouts) {
@@ -103,25 +105,33 @@ impl Conditions<'_> {
         f64::from(self.protocol.rollouts - failures) >= self.protocol.target * f64::from(self.protocol.rollouts)
     }
 
-    /// The start of a rollout. `None` where the physics refuses it: that is spoilt, and nobody's failure.
-    pub(crate) fn start(&self, setting: &Arc<Setting>, round: u32, index: u32) -> Result<Option<Episode>, BenchError> {
-        match Episode::start(setting, self.stream(setting, "evaluate", &[round, index])) {
+    /// A rollout of a round, and the episode as it was left. `None` where the physics refuses the start: that is
+    /// spoilt, and nobody's failure.
+    pub(crate) fn roll_out(
+        &self,
+        model: &dyn Learned,
+        setting: &Arc<Setting>,
+        (round, index): (u32, u32),
+        watched: Watched,
+    ) -> Result<Option<(Rollout, Cursor<'a>)>, BenchError> {
+        let execute = Execute { execution: self.protocol.execution, confidence: self.protocol.confidence, watched };
+        let mut rng = ChaCha8Rng::seed_from_u64(self.stream(setting, "execute", &[round, index]));
+        let start = || match Episode::start(setting, self.stream(setting, "evaluate", &[round, index])) {
             Ok(episode) => Ok(Some(episode)),
             Err(TaskError::Premise { .. }) => Ok(None),
             Err(error) => Err(error.into()),
-        }
-    }
-
-    /// How a rollout is executed, and the random draws of its execution.
-    pub(crate) fn execution(
-        &self,
-        setting: &Setting,
-        round: u32,
-        index: u32,
-        watched: Watched,
-    ) -> (Execute, ChaCha8Rng) {
-        let execute = Execute { execution: self.protocol.execution, confidence: self.protocol.confidence, watched };
-        (execute, ChaCha8Rng::seed_from_u64(self.stream(setting, "execute", &[round, index])))
+        };
+        let origin = Beginning { setting: setting.label(), round, index };
+        let work = || {
+            let Some(mut cursor) = self.memo.start(origin, start)? else { return Ok(None) };
+            let rollout = rollout(model, &mut cursor, execute, &mut rng)?;
+            Ok(Some((rollout, cursor)))
+        };
+        let steps = |result: &Result<Option<(Rollout, Cursor<'a>)>, BenchError>| match result {
+            Ok(Some((_, cursor))) => cursor.steps(),
+            _ => Steps::default(),
+        };
+        self.spend(work, steps)
     }
 
     /// Whether the target is met.

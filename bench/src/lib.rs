@@ -17,6 +17,7 @@ pub mod correction;
 pub mod cost;
 mod demonstration_content;
 pub mod demonstration_file;
+pub mod ended;
 pub mod error;
 pub mod evaluation;
 #[doc = include_str!("../docs/extending.md")]
@@ -29,6 +30,7 @@ pub mod gate;
 mod json_lines;
 pub mod ledger;
 pub mod lesson;
+pub mod memo;
 pub mod pictures;
 pub mod plan;
 pub mod protocol;
@@ -38,6 +40,7 @@ pub mod runner;
 #[cfg(test)]
 mod sample;
 pub mod session;
+pub mod spending;
 pub mod stats;
 pub mod stop;
 pub mod synthetic;

@@ -59,6 +59,15 @@ pub(crate) struct Family {
     pub(crate) sequences: Vec<Sequence>,
 }
 
+impl Family {
+    /// The most beads that one of its settings has. They decide how long its runs take.
+    pub(crate) fn beads(&self) -> usize {
+        let settings = self.variations.iter().chain(self.sequences.iter().flat_map(|sequence| &sequence.settings));
+        let beads = settings.chain([&self.original]).filter_map(|setting| setting.beads.as_ref());
+        beads.map(|(_, beads)| beads.count).max().unwrap_or(0)
+    }
+}
+
 /// Variations that a robot meets one after another.
 pub(crate) struct Sequence {
     pub(crate) name: String,

@@ -1,58 +1,21 @@
 //! A rollout: a task model executed in an episode.
 
-use std::fmt;
-
 use rand_chacha::ChaCha8Rng;
+use situ::demonstration::Pose;
 use situ::keyframe::policy::Execution;
 use situ::method::Learned;
 use situ::place::{NodeId, Place};
-use situ_sim::{GripperCommand, MAX_OPENING, MotionEnd, World};
+use situ::segment::RelativeKeyframe;
+use situ_sim::{GripperCommand, MAX_OPENING, MotionEnd};
 use situ_tasks::{Episode, Moment};
 use situ_teachers::convert::{gripper_command, observe};
 
+use crate::ended::Ended;
 use crate::error::BenchError;
+use crate::memo::{Action, Cursor, Performed};
 
 /// A rollout is stopped after so many primitives: more than twice as many as the longest task needs.
 const MOST_PRIMITIVES: usize = 40;
-
-/// How a rollout ended.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Ended {
-    /// The model chose END.
-    End,
-    /// No child was probable enough.
-    NoConfidentChild,
-    /// The reference object of the chosen primitive was not there.
-    ReferenceAbsent,
-    /// A motion was aborted: the force on the hand was too great.
-    Aborted,
-    /// The arm could not hold the hand at a keyframe.
-    OutOfReach,
-    /// The arm found no free way to a keyframe.
-    NoPlan,
-    /// Time was up, or too many primitives ran.
-    TimeOut,
-    /// The watching teacher stopped the robot, for this reason.
-    Stopped(String),
-    /// The numbers of the physics were no longer sound. That is nobody's failure.
-    Spoilt,
-}
-
-impl fmt::Display for Ended {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::End => "end",
-            Self::NoConfidentChild => "no confident child",
-            Self::ReferenceAbsent => "reference absent",
-            Self::Aborted => "aborted",
-            Self::OutOfReach => "out of reach",
-            Self::NoPlan => "no plan",
-            Self::TimeOut => "time-out",
-            Self::Stopped(reason) => reason,
-            Self::Spoilt => "spoilt",
-        })
-    }
-}
 
 /// How to execute.
 #[derive(Clone, Copy, Debug)]
@@ -77,12 +40,21 @@ pub enum Watched {
 }
 
 /// A teacher who watches, and how many of the setting's moments have been missed so far.
+#[derive(Clone, Copy)]
 struct Watch {
     watched: Watched,
     missed: u32,
 }
 
 impl Watch {
+    /// How many more moments the teacher lets pass; `None` where nobody watches for them.
+    fn patience(&self) -> Option<u32> {
+        match self.watched {
+            Watched::AfterMissing(misses) => Some(misses - self.missed),
+            Watched::No | Watched::UntilPrimitive(_) => None,
+        }
+    }
+
     /// Whether the teacher stops the robot at this moment.
     fn stops(&mut self, episode: &Episode, moment: Moment, reference: &str) -> Option<Ended> {
         let Watched::AfterMissing(misses) = self.watched else { return None };
@@ -113,24 +85,22 @@ pub struct Rollout {
     pub primitives: Vec<(Place, f64)>,
 }
 
-/// Executes the model from where the episode stands, as if nothing had run before. `observer` sees every simulated
-/// step.
+/// Executes the model from where the episode stands, as if nothing had run before.
 ///
 /// # Errors
 /// Where the model names a node that it does not hold, which is a fault of the method.
 pub fn rollout(
     model: &dyn Learned,
-    episode: &mut Episode,
+    cursor: &mut Cursor<'_>,
     execute: Execute,
     rng: &mut ChaCha8Rng,
-    observer: &mut dyn FnMut(&World),
 ) -> Result<Rollout, BenchError> {
     let mut last = Place::Start;
     let mut interrupted = None;
     let mut primitives = Vec::new();
     let mut watch = Watch { watched: execute.watched, missed: 0 };
     let ended = loop {
-        let state = observe(episode);
+        let state = observe(cursor.episode());
         let Some((child, probability)) = model.next(last, &state) else { break Ended::NoConfidentChild };
         if probability < execute.confidence {
             break Ended::NoConfidentChild;
@@ -140,41 +110,64 @@ pub fn rollout(
             break Ended::TimeOut;
         }
         let (reference, keyframes) = model.keyframes(node, execute.execution, rng)?;
-        let Some(frame) = episode.reference_pose(&reference) else { break Ended::ReferenceAbsent };
-        if let Some(reason) = watch.stops(episode, Moment::Before, &reference) {
+        let Some(frame) = cursor.episode().reference_pose(&reference) else { break Ended::ReferenceAbsent };
+        if let Some(reason) = watch.stops(cursor.episode(), Moment::Before, &reference) {
             break reason;
         }
         if execute.watched == Watched::UntilPrimitive(primitives.len()) {
             break Ended::Stopped(TOO_EARLY.to_owned());
         }
         primitives.push((child, probability));
-        if let Some(reason) = perform(episode, &mut watch, &reference, &frame, &keyframes, observer) {
+        let action = Action { reference: reference.clone(), keyframes, patience: watch.patience() };
+        let keyframes = action.keyframes.clone();
+        let performed = cursor.perform(action, |episode| perform(episode, watch, &reference, &frame, &keyframes));
+        watch.missed += performed.missed;
+        if let Some(reason) = performed.ended {
             interrupted = Some(node);
             break reason;
         }
         // A teacher who stops the robot after a primitive stops it after that primitive has run to its end.
         last = child;
-        if let Some(reason) = watch.stops(episode, Moment::After, &reference) {
+        if let Some(reason) = watch.stops(cursor.episode(), Moment::After, &reference) {
             break reason;
         }
     };
+    let episode = cursor.episode();
     let ended = if episode.is_sound() { ended } else { Ended::Spoilt };
     Ok(Rollout { ended, last, interrupted, success: episode.succeeded(), primitives })
 }
 
-/// Performs one primitive. Returns why it was not performed to its end, if it was not.
+/// Performs one primitive.
 fn perform(
     episode: &mut Episode,
-    watch: &mut Watch,
+    watch: Watch,
     reference: &str,
-    frame: &situ::demonstration::Pose,
-    keyframes: &[situ::segment::RelativeKeyframe],
-    observer: &mut dyn FnMut(&World),
+    frame: &Pose,
+    keyframes: &[RelativeKeyframe],
+) -> Performed {
+    let mut guards = Guards { watch, met: false };
+    let ended = go_through(episode, &mut guards, reference, frame, keyframes);
+    Performed { ended, guarded: guards.met, missed: guards.watch.missed - watch.missed }
+}
+
+/// A watch over the motions of a primitive, and whether the guard has stopped one of them.
+struct Guards {
+    watch: Watch,
+    met: bool,
+}
+
+/// Goes through the keyframes of a primitive. Returns why it was not performed to its end, if it was not.
+fn go_through(
+    episode: &mut Episode,
+    guards: &mut Guards,
+    reference: &str,
+    frame: &Pose,
+    keyframes: &[RelativeKeyframe],
 ) -> Option<Ended> {
     for (index, keyframe) in keyframes.iter().enumerate() {
         let command = gripper_command(keyframe.gripper, MAX_OPENING);
         let gripper = (!same(command, episode.world().gripper())).then_some(command);
-        let end = episode.perform(&(frame * keyframe.pose), gripper, keyframe.hold, observer);
+        let end = episode.perform(&(frame * keyframe.pose), gripper, keyframe.hold, &mut |_| {});
         if !episode.is_sound() {
             return Some(Ended::Spoilt);
         }
@@ -184,7 +177,8 @@ fn perform(
             MotionEnd::OutOfReach => return Some(Ended::OutOfReach),
             MotionEnd::NoPlan => return Some(Ended::NoPlan),
             MotionEnd::Guarded { .. } => {
-                if let Some(reason) = watch.stops(episode, Moment::Guard, reference) {
+                guards.met = true;
+                if let Some(reason) = guards.watch.stops(episode, Moment::Guard, reference) {
                     return Some(reason);
                 }
             }

@@ -16,8 +16,10 @@ use crate::cost::Subject;
 use crate::error::BenchError;
 use crate::evaluation::Evaluation;
 use crate::ledger::Ledger;
+use crate::memo::Memo;
 use crate::plan::{CostGroup, Family, Group, Plan, Sequence};
 use crate::record::{Identity, Key, Record, count};
+use crate::spending::{RunPhase, Spending};
 use crate::synthetic::Parameters;
 use crate::teaching::OriginalTask;
 
@@ -44,6 +46,8 @@ pub struct Runner<'a> {
     pub archive: Option<&'a Archive>,
     /// Told how the runs go on.
     pub progress: &'a dyn Progress,
+    /// Told where the time goes.
+    pub spending: &'a Spending,
 }
 
 /// The runs of a group that are left.
@@ -72,7 +76,10 @@ impl<'a> Runner<'a> {
     pub fn run(&self) -> Result<(), BenchError> {
         // Costs first, one after another and nothing beside them: they are timed.
         self.plan.costs.iter().try_for_each(|group| self.costs(group))?;
-        self.plan.groups.par_iter().try_for_each(|group| self.group(group))
+        // The longest first, so that no processor is left without work at the end.
+        let mut groups: Vec<&Group> = self.plan.groups.iter().collect();
+        groups.sort_by_key(|group| std::cmp::Reverse(group.family.beads()));
+        groups.into_iter().par_bridge().try_for_each(|group| self.group(group))
     }
 
     fn write(&self, record: Record) -> Result<(), BenchError> {
@@ -123,6 +130,10 @@ impl<'a> Runner<'a> {
             schema: &group.family.schema,
             interrupted: self.interrupted,
             archive: self.archive,
+            task: &group.family.original.task,
+            memo: &Memo::default(),
+            spending: self.spending,
+            phase: RunPhase::Teach,
         };
         let left = self.left(&conditions, &group.family);
         if left.singles.is_empty() && left.sequences.is_empty() {
@@ -132,13 +143,17 @@ impl<'a> Runner<'a> {
         let teacher = &group.teacher.profile().name;
         self.progress.at(&format!("{}, {teacher}, seed {}: teaching", original.task, group.seed));
         let originals = originals(&conditions, original, &left)?;
-        left.singles.par_iter().try_for_each(|(setting, methods)| {
+        let conditions = conditions.during(RunPhase::Evaluate);
+        left.singles.iter().par_bridge().try_for_each(|(setting, methods)| {
             let befores = befores(&conditions, setting, methods, &originals)?;
-            methods.par_iter().try_for_each(|method| {
+            // One method after another: what one has simulated, the next one need not.
+            methods.iter().try_for_each(|method| {
                 self.progress.at(&Identity::Run(conditions.key(setting, *method)).to_string());
                 let (task, before) = &befores[method.original()];
                 self.write(Record::Run(conditions.run(setting, *method, task, before)?))
-            })
+            })?;
+            conditions.memo.forget(&setting.label());
+            Ok::<(), BenchError>(())
         })?;
         left.sequences.par_iter().try_for_each(
             |SequenceLeft { sequence: Sequence { name, settings }, method, stages }| {

@@ -11,6 +11,7 @@ use crate::correction::Robot;
 use crate::error::BenchError;
 use crate::evaluation::{Evaluation, Until};
 use crate::record::{Key, Outcome, Pooled, Rate, RunRecord, TotalEffort};
+use crate::spending::RunPhase;
 use crate::teaching::OriginalTask;
 
 impl Conditions<'_> {
@@ -50,11 +51,11 @@ impl Conditions<'_> {
                 run.retained = Some(self.retained(robot.model(), task, !run.corrections.is_empty())?);
                 run.structure = robot.structure();
                 if !run.corrections.is_empty() && self.protocol.pooled.iter().any(|name| name == method.name()) {
-                    run.pooled = Some(self.pooled(&robot, setting, task)?);
+                    run.pooled = Some(self.during(RunPhase::Pool).pooled(&robot, setting, task)?);
                 }
                 last
             }
-            Role::FromScratch => self.teach_anew(setting, method, &mut run.effort)?,
+            Role::FromScratch => self.during(RunPhase::Teach).teach_anew(setting, method, &mut run.effort)?,
         };
         self.finish(&mut run, last);
         Ok(run)
@@ -98,7 +99,7 @@ impl Conditions<'_> {
                 corrected |= !run.corrections.is_empty();
                 run.retained = Some(self.retained(robot.model(), task, corrected)?);
                 for earlier in &settings[..index] {
-                    let evaluation = self.evaluate(robot.model(), earlier, 0, Until::Done)?;
+                    let evaluation = self.during(RunPhase::Retain).evaluate(robot.model(), earlier, 0, Until::Done)?;
                     run.earlier.insert(earlier.variation.clone().unwrap_or_default(), evaluation.rate);
                 }
                 self.finish(&mut run, last);
@@ -117,7 +118,7 @@ impl Conditions<'_> {
         if !corrected {
             return Ok(task.rate);
         }
-        Ok(self.evaluate(model, &task.setting, task.round, Until::Done)?.rate)
+        Ok(self.during(RunPhase::Retain).evaluate(model, &task.setting, task.round, Until::Done)?.rate)
     }
 
     /// The comparison with the pooled model, which full retraining makes of the same demonstrations at once. Both

@@ -5,13 +5,15 @@ use std::sync::Arc;
 
 use situ::demonstration::{Demonstration, Kind};
 use situ::method::{Learned, Method, Original};
-use situ_tasks::{Episode, Setting};
+use situ_tasks::{Episode, Setting, TaskError};
+use situ_teachers::Shown;
 
 use crate::conditions::Conditions;
 use crate::demonstration_file::Before;
 use crate::error::BenchError;
 use crate::evaluation::{Evaluation, Until};
 use crate::record::{Rate, TotalEffort};
+use crate::spending::Steps;
 
 /// Attempts at a demonstration before the teacher gives up. A novice fails about one in five, so all of them fail once
 /// in hundreds.
@@ -55,7 +57,8 @@ impl Conditions<'_> {
             if index + 1 < budget.least_originals {
                 continue;
             }
-            let model = method.learn_original(self.schema, &task.demonstrations, self.learner_seed())?;
+            let learn = || method.learn_original(self.schema, &task.demonstrations, self.learner_seed());
+            let model = self.spend(learn, |_| Steps::default())?;
             let evaluation = self.evaluate(&*method.take_over(&model)?, original, index, Until::OutOfReach)?;
             task.rate = evaluation.rate;
             task.round = index;
@@ -116,7 +119,25 @@ impl Conditions<'_> {
         method: &dyn Method,
         demonstrations: &[Demonstration],
     ) -> Result<Box<dyn Learned>, BenchError> {
-        Ok(method.teach(self.schema, demonstrations, self.learner_seed())?)
+        let learn = || method.teach(self.schema, demonstrations, self.learner_seed());
+        Ok(self.spend(learn, |_| Steps::default())?)
+    }
+
+    /// What the teacher shows from where the episode stands.
+    pub(crate) fn demonstrated(
+        &self,
+        name: &str,
+        kind: Kind,
+        mut episode: Episode,
+        seed: u64,
+    ) -> Result<Shown, BenchError> {
+        let before = episode.steps();
+        let show = || {
+            let shown = self.teacher.demonstrate(name, kind, self.schema, &mut episode, seed, &mut |_| {});
+            (shown, episode.steps())
+        };
+        let (shown, _) = self.spend(show, |(_, after)| Steps { simulated: after - before, replayed: 0 });
+        Ok(shown?)
     }
 
     /// One whole demonstration of the setting. An attempt that fails is repeated from another start. `None` where the
@@ -128,11 +149,15 @@ impl Conditions<'_> {
     ) -> Result<Option<(Demonstration, TotalEffort)>, BenchError> {
         for attempt in 0..ATTEMPTS {
             self.check_interrupt()?;
-            let mut episode = Episode::start(setting, self.stream(setting, "teach", &[index, attempt]))?;
+            let start = || Episode::start(setting, self.stream(setting, "teach", &[index, attempt]));
+            let steps = |episode: &Result<Episode, TaskError>| Steps {
+                simulated: episode.as_ref().map_or(0, Episode::steps),
+                replayed: 0,
+            };
+            let episode = self.spend(start, steps)?;
             let seed = self.stream(setting, "teacher", &[index, attempt]);
             let name = format!("{}-{index}", setting.label());
-            let shown =
-                self.teacher.demonstrate(&name, Kind::Original, self.schema, &mut episode, seed, &mut |_| {})?;
+            let shown = self.demonstrated(&name, Kind::Original, episode, seed)?;
             if let (true, Some(demonstration)) = (shown.clean, shown.demonstration) {
                 if let Some(archive) = self.archive {
                     let path = format!("{}/full-{index}", self.folder(setting));

@@ -14,6 +14,7 @@ use situ_bench::plan::{Filter, Plan};
 use situ_bench::protocol::Protocol;
 use situ_bench::record::{Identity, Outcome, Record};
 use situ_bench::runner::{Progress, Runner};
+use situ_bench::spending::Spending;
 use situ_tasks::Registry;
 use situ_teachers::Roster;
 
@@ -59,13 +60,15 @@ fn bump() -> Plan {
     plan(&Filter { variations: vec!["bump".to_owned()], ..Filter::default() }, &Roster::builtin().unwrap())
 }
 
+static SPENDING: Spending = Spending::new();
+
 fn runner<'a>(
     plan: &'a Plan,
     ledger: &'a Mutex<Ledger>,
     done: &'a BTreeSet<Identity>,
     interrupted: &'a AtomicBool,
 ) -> Runner<'a> {
-    Runner { plan, ledger, done, interrupted, archive: None, progress: &Silent }
+    Runner { plan, ledger, done, interrupted, archive: None, progress: &Silent, spending: &SPENDING }
 }
 
 /// The canonical ledger, without its times, of a run on so many threads.

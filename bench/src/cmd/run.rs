@@ -17,6 +17,7 @@ use crate::ledger::{self, Canonical, Ledger};
 use crate::plan::{Filter, Plan};
 use crate::protocol::Protocol;
 use crate::runner::{Progress, Runner};
+use crate::spending::Spending;
 use crate::tables::{self, Publication};
 
 /// Runs a protocol: teaches tasks, changes them, corrects the models, and compares the methods.
@@ -67,6 +68,9 @@ pub struct Run {
     /// Also writes every demonstration, in the format of `learn`, below DIR/demonstrations.
     #[arg(long)]
     pub demonstrations: bool,
+    /// Also prints where the processor time went, by task family and by phase.
+    #[arg(long)]
+    pub profile: bool,
     /// Compares the records and the tables with those in this folder, times left out. Exit status 1 where they differ.
     #[arg(long, value_name = "DIR")]
     pub check: Option<PathBuf>,
@@ -156,6 +160,7 @@ impl Run {
         let interrupted = terminal::interrupt_flag();
         let bar = Bar(ProgressBar::new(plan.len() as u64).with_style(terminal::progress_style()));
         let archive = self.demonstrations.then(|| Archive::new(folder.join("demonstrations")));
+        let spending = Spending::default();
         let runner = Runner {
             plan: &plan,
             ledger: &Mutex::new(ledger),
@@ -163,9 +168,13 @@ impl Run {
             interrupted: &interrupted,
             archive: archive.as_ref(),
             progress: &bar,
+            spending: &spending,
         };
         let result = terminal::threads(self.jobs)?.install(|| runner.run());
         bar.0.finish_and_clear();
+        if self.profile {
+            eprint!("{}", spending.table());
+        }
         result?;
         Ok(path)
     }

@@ -1,0 +1,242 @@
+//! What has been simulated already.
+//!
+//! The starts of an evaluation have no method in their names, so many methods meet the same ones. From the same start
+//! the same primitives lead to the same state, bit for bit, whoever performs them. So they are simulated once: a model
+//! that several methods share, the nodes that a correction did not touch, a failure that is looked at once more while a
+//! teacher watches. What the memo holds decides how long a run takes, and nothing else.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard};
+
+use situ::segment::RelativeKeyframe;
+use situ_tasks::Episode;
+use situ_teachers::Shown;
+
+use crate::ended::Ended;
+use crate::error::BenchError;
+use crate::spending::Steps;
+
+/// Copies of episodes are kept up to so many bytes, all threads together. Beyond that nothing new is kept.
+const ROOM: usize = 1 << 30;
+
+/// The name of a start: the setting, the round of the evaluation, and the rollout.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Beginning {
+    /// The setting's label.
+    pub setting: String,
+    /// The round.
+    pub round: u32,
+    /// The rollout.
+    pub index: u32,
+}
+
+/// A primitive that is to be performed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Action {
+    /// Its reference object.
+    pub reference: Arc<str>,
+    /// Its keyframes, in the frame of the reference object.
+    pub keyframes: Vec<RelativeKeyframe>,
+    /// The moments of the guard that a watching teacher still lets pass; `None` where nobody watches them.
+    pub patience: Option<u32>,
+}
+
+/// What came of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Performed {
+    /// Why it was not performed to its end, if it was not.
+    pub ended: Option<Ended>,
+    /// Whether the guard stopped a motion: then it matters whether a teacher watches.
+    pub guarded: bool,
+    /// The moments of the guard that a watching teacher let pass.
+    pub missed: u32,
+}
+
+/// A primitive that was performed, and the state in which it left the episode.
+struct Step {
+    action: Action,
+    performed: Performed,
+    episode: Arc<Episode>,
+    next: Vec<usize>,
+}
+
+/// All that was performed from one start.
+#[derive(Default)]
+struct Tree {
+    /// `None` where the physics refused the start.
+    start: Option<Option<Arc<Episode>>>,
+    steps: Vec<Step>,
+    first: Vec<usize>,
+}
+
+impl Tree {
+    /// The step that performs this after that.
+    fn find(&self, after: Stand, action: &Action) -> Option<usize> {
+        let next = match after {
+            Stand::Start => &self.first,
+            Stand::Step(index) => &self.steps[index].next,
+            Stand::Off => return None,
+        };
+        let is_it = |step: &Step| {
+            let same = step.action.reference == action.reference && step.action.keyframes == action.keyframes;
+            same && (step.action.patience == action.patience || !step.performed.guarded)
+        };
+        next.iter().copied().find(|index| is_it(&self.steps[*index]))
+    }
+}
+
+/// Where an episode stands in the memo.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Stand {
+    Start,
+    /// After this step.
+    Step(usize),
+    /// Beyond what there was room for.
+    Off,
+}
+
+/// What has been simulated already in the runs of one original task.
+#[derive(Default)]
+pub struct Memo {
+    trees: Mutex<BTreeMap<Beginning, Arc<Mutex<Tree>>>>,
+    shown: Mutex<BTreeMap<(Beginning, Stand, u32), Arc<Shown>>>,
+    bytes: AtomicUsize,
+}
+
+/// An episode on its way, and where it stands in the memo.
+pub struct Cursor<'a> {
+    memo: &'a Memo,
+    origin: Beginning,
+    tree: Arc<Mutex<Tree>>,
+    stand: Stand,
+    episode: Arc<Episode>,
+    /// Simulated steps that the memo had.
+    replayed: u64,
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().expect("no holder of the memo panics")
+}
+
+impl Memo {
+    /// The episode of a start, made by `make` where it is new. `None` where the physics refused it.
+    ///
+    /// # Errors
+    /// Those of `make`.
+    pub fn start(
+        &self,
+        origin: Beginning,
+        make: impl FnOnce() -> Result<Option<Episode>, BenchError>,
+    ) -> Result<Option<Cursor<'_>>, BenchError> {
+        let tree = Arc::clone(locked(&self.trees).entry(origin.clone()).or_default());
+        let mut trunk = locked(&tree);
+        let (episode, replayed) = match &trunk.start {
+            Some(episode) => (episode.clone(), episode.as_ref().map_or(0, |episode| episode.steps())),
+            None => {
+                let episode = make()?.map(Arc::new);
+                if episode.as_ref().is_none_or(|episode| self.has_room_for(episode)) {
+                    trunk.start = Some(episode.clone());
+                }
+                (episode, 0)
+            }
+        };
+        drop(trunk);
+        Ok(episode.map(|episode| Cursor { memo: self, origin, tree, stand: Stand::Start, episode, replayed }))
+    }
+
+    /// Forgets all that was simulated in a setting.
+    pub fn forget(&self, setting: &str) {
+        let is_other = |origin: &Beginning| origin.setting != setting;
+        let mut forgotten = Vec::new();
+        locked(&self.trees).retain(|origin, tree| {
+            is_other(origin) || {
+                forgotten.push(Arc::clone(tree));
+                false
+            }
+        });
+        locked(&self.shown).retain(|(origin, ..), _| is_other(origin));
+        for tree in forgotten {
+            let tree = locked(&tree);
+            let steps = tree.steps.iter().map(|step| &step.episode);
+            let bytes = tree.start.iter().flatten().chain(steps).map(|episode| episode.bytes()).sum();
+            self.bytes.fetch_sub(bytes, Ordering::Relaxed);
+        }
+    }
+
+    /// Takes room for a copy of an episode, if there is some left.
+    fn has_room_for(&self, episode: &Episode) -> bool {
+        let bytes = episode.bytes();
+        let is_room = self.bytes.fetch_add(bytes, Ordering::Relaxed) + bytes <= ROOM;
+        if !is_room {
+            self.bytes.fetch_sub(bytes, Ordering::Relaxed);
+        }
+        is_room
+    }
+}
+
+impl Cursor<'_> {
+    /// The episode.
+    pub fn episode(&self) -> &Episode {
+        &self.episode
+    }
+
+    /// The steps of the episode: those that were simulated for it, and those that the memo had.
+    pub fn steps(&self) -> Steps {
+        Steps { simulated: self.episode.steps() - self.replayed, replayed: self.replayed }
+    }
+
+    /// Performs a primitive: by `perform`, where the memo does not have it.
+    pub fn perform(&mut self, action: Action, perform: impl FnOnce(&mut Episode) -> Performed) -> Performed {
+        let known = {
+            let tree = locked(&self.tree);
+            let index = tree.find(self.stand, &action);
+            index.map(|index| (index, Arc::clone(&tree.steps[index].episode), tree.steps[index].performed.clone()))
+        };
+        if let Some((index, episode, performed)) = known {
+            self.replayed += episode.steps() - self.episode.steps();
+            (self.stand, self.episode) = (Stand::Step(index), episode);
+            return performed;
+        }
+        let performed = perform(Arc::make_mut(&mut self.episode));
+        self.stand = self.keep(action, &performed);
+        performed
+    }
+
+    /// Keeps what was just performed, if there is room; returns where the episode now stands.
+    fn keep(&self, action: Action, performed: &Performed) -> Stand {
+        if self.stand == Stand::Off || !self.memo.has_room_for(&self.episode) {
+            return Stand::Off;
+        }
+        let mut tree = locked(&self.tree);
+        let index = tree.steps.len();
+        let (performed, episode) = (performed.clone(), Arc::clone(&self.episode));
+        tree.steps.push(Step { action, performed, episode, next: Vec::new() });
+        match self.stand {
+            Stand::Step(before) => tree.steps[before].next.push(index),
+            Stand::Start | Stand::Off => tree.first.push(index),
+        }
+        Stand::Step(index)
+    }
+
+    /// What a teacher shows from here at an attempt: by `show`, where the memo does not have it.
+    ///
+    /// # Errors
+    /// Those of `show`.
+    pub fn shown(
+        &self,
+        attempt: u32,
+        show: impl FnOnce(Episode) -> Result<Shown, BenchError>,
+    ) -> Result<Arc<Shown>, BenchError> {
+        let key = (self.origin.clone(), self.stand, attempt);
+        let is_known = self.stand != Stand::Off;
+        if let (true, Some(shown)) = (is_known, locked(&self.memo.shown).get(&key)) {
+            return Ok(Arc::clone(shown));
+        }
+        let shown = Arc::new(show((*self.episode).clone())?);
+        if is_known {
+            locked(&self.memo.shown).insert(key, Arc::clone(&shown));
+        }
+        Ok(shown)
+    }
+}
