@@ -17,6 +17,7 @@ mod inference;
 mod model;
 mod parameters;
 mod residuals;
+mod scoring;
 mod transition;
 
 pub use density::EmissionDensity;
@@ -26,3 +27,4 @@ pub use gripper::GripperEmission;
 pub use inference::Expectations;
 pub use model::Hmm;
 pub use parameters::{HmmError, HmmParameters};
+pub(super) use scoring::Scoring;

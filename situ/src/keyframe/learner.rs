@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::alignment::displacement;
 use super::classifier::{KeyframeClassifier, lifted, scaled, squared_distance, standardised};
 use super::cluster::average_linkage;
-use super::divergence::{cross_likelihood, monte_carlo, monte_carlo_against, transient_bound};
+use super::divergence::{among, cross_likelihood, monte_carlo, monte_carlo_against, transient_bound};
 use super::hmm::{Hmm, HmmFit, HmmParameters, Observation};
 use super::interpolate::resample;
 use super::logistic;
@@ -80,6 +80,13 @@ impl KeyframeLearner {
         segments.iter().map(interpolate).collect()
     }
 
+    /// What two policies must share to be compared: the reference object (D6) and the grip (D6b, D7), unless the
+    /// parameters compare across them.
+    fn kind<'a>(&self, policy: &'a KeyframePolicy) -> (Option<&'a str>, Option<bool>) {
+        let KeyframeParameters { across_references, across_grips, .. } = self.parameters;
+        ((!across_references).then_some(&*policy.reference), (!across_grips).then(|| policy.ends_closed()))
+    }
+
     /// The divergence of two policies, symmetrised, nats per frame. Infinite for two reference objects (D6) or two
     /// grips (D6b, D7). With a `cut`, only the side of the cut is certain.
     fn divergence(
@@ -89,9 +96,7 @@ impl KeyframeLearner {
         cut: Option<f64>,
         counters: &mut Counters,
     ) -> f64 {
-        let other_object = left.reference != right.reference && !self.parameters.across_references;
-        let other_grip = left.ends_closed() != right.ends_closed() && !self.parameters.across_grips;
-        if other_object || other_grip {
+        if self.kind(left) != self.kind(right) {
             return f64::INFINITY;
         }
         counters.divergences += 1;
@@ -120,10 +125,27 @@ impl KeyframeLearner {
 
     /// The condensed distances: (0,1), (0,2), …, (1,2), …
     fn distances(&self, policies: &[&KeyframePolicy], cut: Option<f64>, counters: &mut Counters) -> Vec<f64> {
-        let mut distances = Vec::with_capacity(policies.len() * policies.len().saturating_sub(1) / 2);
-        for (index, left) in policies.iter().enumerate() {
-            for right in &policies[index + 1..] {
-                distances.push(self.divergence(left, right, cut, counters));
+        let n = policies.len();
+        let KeyframeParameters { compared, divergence, .. } = self.parameters;
+        if (compared, divergence) != (Compared::Signatures, Divergence::CrossLikelihood) {
+            let pairs = (0..n).flat_map(|left| (left + 1..n).map(move |right| (left, right)));
+            return pairs.map(|(l, r)| self.divergence(policies[l], policies[r], cut, counters)).collect();
+        }
+        let mut kinds: BTreeMap<_, Vec<usize>> = BTreeMap::new();
+        for (index, policy) in policies.iter().enumerate() {
+            kinds.entry(self.kind(policy)).or_default().push(index);
+        }
+        let mut distances = vec![f64::INFINITY; n * n.saturating_sub(1) / 2];
+        for members in kinds.values() {
+            let explained: Vec<_> = members.iter().map(|index| policies[*index].explained()).collect();
+            let mut apart = among(&explained).into_iter();
+            for (index, left) in members.iter().enumerate() {
+                // The pairs of the left one begin behind those of all before it.
+                let row = left * (2 * n - left - 1) / 2;
+                for (right, distance) in members[index + 1..].iter().zip(apart.by_ref()) {
+                    distances[row + right - left - 1] = distance;
+                    counters.divergences += 1;
+                }
             }
         }
         distances

@@ -15,6 +15,7 @@ pub(super) use recursion::Recursion;
 
 use super::density::EmissionDensity;
 use super::model::Hmm;
+use general::Cells;
 
 /// The expected counts of one sequence of T frames under a model of K states.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,20 +75,20 @@ impl<E: EmissionDensity> Hmm<E> {
         if frames.is_empty() {
             return (Vec::new(), f64::NEG_INFINITY);
         }
-        let k = self.states();
+        let (k, all) = (self.states(), frames.iter().collect::<Vec<_>>());
+        let mut densities = Cells::new(frames.len(), k);
+        E::log_densities(&self.emissions, &all, &mut densities.columns);
         let logs = |probabilities: &[f64]| probabilities.iter().copied().map(libm::log).collect::<Vec<f64>>();
-        let (initial, transition, end) = (logs(&self.initial), logs(&self.transition), logs(&self.end));
-        let densities = |frame| self.emissions.iter().map(move |emission| emission.log_density(frame));
-        let mut now: Vec<f64> =
-            initial.iter().zip(densities(&frames[0])).map(|(start, density)| start + density).collect();
+        let (initial, end) = (logs(&self.initial), logs(&self.end));
+        let ways = self.ways_into();
+        let mut now: Vec<f64> = (0..k).map(|state| initial[state] + densities.at(state, 0)).collect();
         let mut next = vec![0.0; k];
         let mut from = vec![0; frames.len() * k];
-        for (frame, observation) in frames.iter().enumerate().skip(1) {
-            for (state, density) in densities(observation).enumerate() {
-                let (before, value) =
-                    greatest((0..k).map(|before| (before, now[before] + transition[before * k + state])));
-                from[frame * k + state] = before;
-                next[state] = value + density;
+        for frame in 1..frames.len() {
+            let row = &mut from[frame * k..(frame + 1) * k];
+            for (state, ((next, from), (first, ways))) in next.iter_mut().zip(row).zip(&ways).enumerate() {
+                let (before, value) = greatest((*first..).zip(ways).map(|(before, way)| (before, now[before] + way)));
+                (*from, *next) = (before, value + densities.at(state, frame));
             }
             core::mem::swap(&mut now, &mut next);
         }
@@ -98,6 +99,24 @@ impl<E: EmissionDensity> Hmm<E> {
             state = from[frame * k + state];
         }
         (path, value)
+    }
+}
+
+impl<E> Hmm<E> {
+    /// For each state: the first state that leads into it, and the log probabilities of the ways from there on, up to
+    /// the last that is open. A chain that is left-to-right has three at most, so a path costs frames × states.
+    fn ways_into(&self) -> Vec<(usize, Vec<f64>)> {
+        let k = self.states();
+        let mut open = vec![k..0; k];
+        for (at, _) in self.transition.iter().enumerate().filter(|(_, probability)| **probability > 0.0) {
+            let range = &mut open[at % k];
+            *range = range.start.min(at / k)..at / k + 1;
+        }
+        let ways = open.into_iter().enumerate().map(|(state, range)| {
+            let ways = range.clone().map(|before| libm::log(self.transition[before * k + state]));
+            (range.start, ways.collect())
+        });
+        ways.collect()
     }
 }
 
