@@ -114,6 +114,22 @@ pub trait Learner {
         counters: &mut Counters,
     ) -> Result<Vec<usize>, SituError>;
 
+    /// [`Learner::calibrate`] on whole demonstrations, then [`Learner::cluster`] of all their segments. A learner that
+    /// compares the same segments for both can compare them once.
+    ///
+    /// # Errors
+    /// Where a segment's own model cannot be fitted.
+    fn calibrate_and_cluster(
+        &self,
+        originals: &[&[Arc<Segment>]],
+        counters: &mut Counters,
+    ) -> Result<(Self::Calibration, Vec<usize>), SituError> {
+        let calibration = self.calibrate(originals, counters)?;
+        let pooled: Vec<&Segment> = originals.iter().copied().flatten().map(|segment| &**segment).collect();
+        let labels = self.cluster(&pooled, &calibration, counters)?;
+        Ok((calibration, labels))
+    }
+
     /// The path of the policy's mean execution, relative to its reference object: always the same number of poses.
     fn path(&self, policy: &Self::Policy) -> Vec<Pose>;
 

@@ -1,4 +1,5 @@
-//! A re-estimation allocates nothing: a fit of many iterations allocates as often as a fit of few.
+//! A re-estimation allocates nothing: a fit of many iterations allocates as often as a fit of few. A clustering of many
+//! segments allocates in proportion to them: the comparison of a pair allocates nothing.
 
 use allocation_counter::measure;
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
@@ -6,6 +7,12 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use situ::demonstration::{Gripper, Pose};
 use situ::keyframe::hmm::{Hmm, HmmParameters, Observation};
+use situ::keyframe::learner::{Calibration, KeyframeLearner};
+use situ::keyframe::parameters::KeyframeParameters;
+use situ::primitive::Learner;
+use situ::segment::{RelativeKeyframe, Segment};
+use situ::state::{Feature, Schema, State};
+use situ::trace::Counters;
 
 /// Noisy sequences of one path, with a turn and gripper commands.
 fn sequences() -> Vec<Vec<Observation>> {
@@ -37,4 +44,31 @@ fn re_estimation_allocates_nothing() {
     println!("allocations of a fit with 0, 2 and 80 re-estimations: {none}, {few}, {many}");
     assert!(none > 0, "the count counts");
     assert_eq!((few, many), (none, none));
+}
+
+/// When each pair was compared by itself, each comparison allocated some forty times.
+#[test]
+fn a_comparison_allocates_nothing() {
+    let schema = Schema::new(vec![Feature { name: "x".to_owned(), scale: 1.0 }]).unwrap();
+    let learner = KeyframeLearner::new(&schema, KeyframeParameters::default());
+    let keyframe = |frame: &Observation| RelativeKeyframe {
+        pose: frame.pose,
+        gripper: frame.gripper.expect("every frame has a command"),
+        hold: 0.0,
+    };
+    let segment = |frames: &Vec<Observation>| Segment {
+        reference: "cube".into(),
+        start: State::new(vec![0.0]),
+        keyframes: frames.iter().step_by(5).map(keyframe).collect(),
+        narration: Vec::new(),
+    };
+    let segments: Vec<Segment> = (0..20).flat_map(|_| sequences()).map(|frames| segment(&frames)).collect();
+    let allocations = |count: usize| {
+        let some: Vec<&Segment> = segments[..count].iter().collect();
+        let cluster = || drop(learner.cluster(&some, &Calibration { cut: 5.0 }, &mut Counters::default()).unwrap());
+        measure(cluster).count_total
+    };
+    let (few, many) = (allocations(30), allocations(120));
+    println!("allocations of a clustering of 30 and of 120 segments: {few}, {many}");
+    assert!(few > 0 && many <= 5 * few, "{few} and {many}");
 }

@@ -8,12 +8,13 @@ use serde::{Deserialize, Serialize};
 use super::alignment::displacement;
 use super::classifier::{KeyframeClassifier, lifted, scaled, squared_distance, standardised};
 use super::cluster::average_linkage;
-use super::divergence::{among, cross_likelihood, monte_carlo, monte_carlo_against, transient_bound};
+use super::divergence::{cross_likelihood, monte_carlo, monte_carlo_against, transient_bound};
 use super::hmm::{Hmm, HmmFit, HmmParameters, Observation};
 use super::interpolate::resample;
 use super::logistic;
-use super::parameters::{Activation, Compared, Cut, Divergence, KeyframeParameters, Standardisation};
+use super::parameters::{Activation, Compared, Divergence, KeyframeParameters, Standardisation};
 use super::policy::KeyframePolicy;
+use super::roles::{grouped, in_order, lead, pooled};
 use crate::demonstration::Pose;
 use crate::error::SituError;
 use crate::primitive::{Clustering, Learner};
@@ -27,7 +28,7 @@ const PERCENTILE: f64 = 0.95;
 /// Learns keyframe policies and logistic initiation classifiers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeyframeLearner {
-    parameters: KeyframeParameters,
+    pub(super) parameters: KeyframeParameters,
     scales: Arc<[f64]>,
 }
 
@@ -80,16 +81,9 @@ impl KeyframeLearner {
         segments.iter().map(interpolate).collect()
     }
 
-    /// What two policies must share to be compared: the reference object (D6) and the grip (D6b, D7), unless the
-    /// parameters compare across them.
-    fn kind<'a>(&self, policy: &'a KeyframePolicy) -> (Option<&'a str>, Option<bool>) {
-        let KeyframeParameters { across_references, across_grips, .. } = self.parameters;
-        ((!across_references).then_some(&*policy.reference), (!across_grips).then(|| policy.ends_closed()))
-    }
-
     /// The divergence of two policies, symmetrised, nats per frame. Infinite for two reference objects (D6) or two
     /// grips (D6b, D7). With a `cut`, only the side of the cut is certain.
-    fn divergence(
+    pub(super) fn divergence(
         &self,
         left: &KeyframePolicy,
         right: &KeyframePolicy,
@@ -123,38 +117,6 @@ impl KeyframeLearner {
         }
     }
 
-    /// The condensed distances: (0,1), (0,2), …, (1,2), …
-    fn distances(&self, policies: &[&KeyframePolicy], cut: Option<f64>, counters: &mut Counters) -> Vec<f64> {
-        let n = policies.len();
-        let KeyframeParameters { compared, divergence, .. } = self.parameters;
-        if (compared, divergence) != (Compared::Signatures, Divergence::CrossLikelihood) {
-            let pairs = (0..n).flat_map(|left| (left + 1..n).map(move |right| (left, right)));
-            return pairs.map(|(l, r)| self.divergence(policies[l], policies[r], cut, counters)).collect();
-        }
-        let mut kinds: BTreeMap<_, Vec<usize>> = BTreeMap::new();
-        for (index, policy) in policies.iter().enumerate() {
-            kinds.entry(self.kind(policy)).or_default().push(index);
-        }
-        let mut distances = vec![f64::INFINITY; n * n.saturating_sub(1) / 2];
-        for members in kinds.values() {
-            let explained: Vec<_> = members.iter().map(|index| policies[*index].explained()).collect();
-            let mut apart = among(&explained).into_iter();
-            for (index, left) in members.iter().enumerate() {
-                // The pairs of the left one begin behind those of all before it.
-                let row = left * (2 * n - left - 1) / 2;
-                for (right, distance) in members[index + 1..].iter().zip(apart.by_ref()) {
-                    distances[row + right - left - 1] = distance;
-                    counters.divergences += 1;
-                }
-            }
-        }
-        distances
-    }
-
-    fn singles(&self, segments: &[&Segment], counters: &mut Counters) -> Result<Vec<KeyframePolicy>, SituError> {
-        segments.iter().map(|segment| self.fit_policy(&[segment], counters)).collect()
-    }
-
     /// The origin and the unit of each feature in a regression (decision D16).
     fn units(&self, positives: &[Vec<f64>], negatives: &[Vec<f64>], centre: &[f64]) -> Vec<(f64, f64)> {
         let Standardisation::Within { prior } = self.parameters.standardisation else {
@@ -174,10 +136,6 @@ impl KeyframeLearner {
         };
         (0..centre.len()).map(|feature| (centre[feature], unit(feature))).collect()
     }
-
-    fn labels(&self, policies: &[&KeyframePolicy], cut: f64, counters: &mut Counters) -> Vec<usize> {
-        average_linkage(&self.distances(policies, Some(cut), counters), policies.len()).cut(cut)
-    }
 }
 
 /// The mean of points of this dimension; zero if there is none.
@@ -192,7 +150,7 @@ fn mean(points: &[Vec<f64>], dimension: usize) -> Vec<f64> {
 }
 
 /// The value at [`PERCENTILE`] of sorted finite values, linear between ranks; 0 if there is none.
-fn percentile(sorted: &[f64]) -> f64 {
+pub(super) fn percentile(sorted: &[f64]) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return 0.0 };
     let rank = PERCENTILE * last as f64;
     let below = rank as usize;
@@ -310,30 +268,17 @@ impl Learner for KeyframeLearner {
     }
 
     fn calibrate(&self, originals: &[&[Arc<Segment>]], counters: &mut Counters) -> Result<Calibration, SituError> {
-        let Cut { factor, prior, prior_copies, least, greatest, single } = self.parameters.cut;
-        if originals.len() < 2 {
-            return Ok(Calibration { cut: single });
-        }
         // A role is the k-th visit to a reference object.
-        let mut roles: BTreeMap<(&str, usize), Vec<&Segment>> = BTreeMap::new();
-        for segments in originals {
-            let mut visits: BTreeMap<&str, usize> = BTreeMap::new();
-            for segment in *segments {
-                let visit = visits.entry(&segment.reference).or_default();
-                roles.entry((&segment.reference, *visit)).or_default().push(segment);
-                *visit += 1;
+        let mut distances = Vec::new();
+        if originals.len() > 1 {
+            let (segments, roles) = pooled(originals);
+            for members in grouped(&roles).values() {
+                let policies =
+                    self.singles(&members.iter().map(|index| segments[*index]).collect::<Vec<_>>(), counters)?;
+                distances.extend(self.distances(&policies.iter().collect::<Vec<_>>(), None, counters));
             }
         }
-        let mut distances = vec![prior; prior_copies];
-        for segments in roles.values() {
-            let policies = self.singles(segments, counters)?;
-            let apart = self.distances(&policies.iter().collect::<Vec<_>>(), None, counters);
-            // An infinite distance says nothing about the height of the cut: one of the two ends with a closed hand and
-            // the other does not, so no cut joins them.
-            distances.extend(apart.into_iter().filter(|distance| distance.is_finite()));
-        }
-        distances.sort_by(f64::total_cmp);
-        Ok(Calibration { cut: (factor * percentile(&distances)).clamp(least, greatest) })
+        Ok(self.calibration(originals.len(), distances))
     }
 
     fn cluster(
@@ -343,32 +288,45 @@ impl Learner for KeyframeLearner {
         counters: &mut Counters,
     ) -> Result<Vec<usize>, SituError> {
         let policies = self.singles(segments, counters)?;
-        if self.parameters.across_references {
-            return Ok(self.labels(&policies.iter().collect::<Vec<_>>(), calibration.cut, counters));
-        }
-        // Segments of different objects are never in one cluster, so each object has its own dendrogram.
-        let mut objects: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
-        for (index, segment) in segments.iter().enumerate() {
-            objects.entry(&segment.reference).or_default().push(index);
-        }
         let mut first = vec![0; segments.len()];
-        for members in objects.values() {
+        for members in self.comparable(segments) {
             let own: Vec<&KeyframePolicy> = members.iter().map(|index| &policies[*index]).collect();
-            let labels = self.labels(&own, calibration.cut, counters);
-            for (position, label) in labels.iter().enumerate() {
-                let leader = labels.iter().position(|other| other == label).expect("a label is its own");
-                first[members[position]] = members[leader];
-            }
+            let distances = self.distances(&own, Some(calibration.cut), counters);
+            lead(&members, &average_linkage(&distances, own.len()).cut(calibration.cut), &mut first);
         }
-        // Labels, in the order in which they first appear.
-        let mut names: BTreeMap<usize, usize> = BTreeMap::new();
-        Ok(first
-            .iter()
-            .map(|leader| {
-                let next = names.len();
-                *names.entry(*leader).or_insert(next)
-            })
-            .collect())
+        Ok(in_order(&first))
+    }
+
+    fn calibrate_and_cluster(
+        &self,
+        originals: &[&[Arc<Segment>]],
+        counters: &mut Counters,
+    ) -> Result<(Calibration, Vec<usize>), SituError> {
+        let (segments, roles) = pooled(originals);
+        if matches!(self.parameters.divergence, Divergence::MonteCarlo(_)) {
+            // These distances are as exact as the cut needs, so they wait for it.
+            let calibration = self.calibrate(originals, counters)?;
+            return Ok((calibration, self.cluster(&segments, &calibration, counters)?));
+        }
+        let policies = self.singles(&segments, counters)?;
+        let (mut compared, mut of_roles) = (Vec::new(), Vec::new());
+        for members in self.comparable(&segments) {
+            let own: Vec<&KeyframePolicy> = members.iter().map(|index| &policies[*index]).collect();
+            let distances = self.distances(&own, None, counters);
+            let pairs = members
+                .iter()
+                .enumerate()
+                .flat_map(|(at, left)| members[at + 1..].iter().map(move |right| (left, right)));
+            of_roles
+                .extend(pairs.zip(&distances).filter(|((l, r), _)| roles[**l] == roles[**r]).map(|(_, apart)| *apart));
+            compared.push((members, distances));
+        }
+        let calibration = self.calibration(originals.len(), of_roles);
+        let mut first = vec![0; segments.len()];
+        for (members, distances) in compared {
+            lead(&members, &average_linkage(&distances, members.len()).cut(calibration.cut), &mut first);
+        }
+        Ok((calibration, in_order(&first)))
     }
 
     /// The greatest distance between a keyframe of one policy and the same keyframe of the other, in position:

@@ -28,16 +28,22 @@ pub fn rebuild<L: Learner>(
         return Err(SituError::NoDemonstration);
     }
     let mut counters = Counters::default();
-    let calibration = match calibration {
-        Some(calibration) => calibration,
-        None => {
-            let whole = histories.iter().filter(|history| history.after.is_none());
-            learner.calibrate(&whole.map(|history| history.segments.as_slice()).collect::<Vec<_>>(), &mut counters)?
-        }
+    let segments = |of: &dyn Fn(&&History) -> bool| {
+        histories.iter().filter(of).map(|history| history.segments.as_slice()).collect::<Vec<_>>()
     };
-    let pooled: Vec<&Segment> =
-        histories.iter().flat_map(|history| &history.segments).map(|segment| &**segment).collect();
-    let labels = learner.cluster(&pooled, &calibration, &mut counters)?;
+    let is_whole = |history: &&History| history.after.is_none();
+    let (calibration, labels) = if calibration.is_none() && histories.iter().all(|history| is_whole(&history)) {
+        learner.calibrate_and_cluster(&segments(&is_whole), &mut counters)?
+    } else {
+        let calibration = match calibration {
+            Some(calibration) => calibration,
+            None => learner.calibrate(&segments(&is_whole), &mut counters)?,
+        };
+        let pooled: Vec<&Segment> =
+            histories.iter().flat_map(|history| &history.segments).map(|segment| &**segment).collect();
+        let labels = learner.cluster(&pooled, &calibration, &mut counters)?;
+        (calibration, labels)
+    };
     assemble(histories, &labels, calibration, learner, decisions, counters)
 }
 

@@ -120,6 +120,54 @@ fn another_grip_among_the_originals_does_not_move_the_cut() {
     assert!((2.0..10.0).contains(&same) && (2.0..10.0).contains(&other), "{same}, {other} nats");
 }
 
+/// What is calibrated and clustered together is what is calibrated and then clustered, and each distance of a pair is
+/// that of the two alone, bit for bit. Together each segment is fitted once, and so is each pair compared.
+#[test]
+fn together_is_one_after_the_other() {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let mut moved = PICK;
+    moved[1].0[0] += 0.3;
+    let originals: Vec<Vec<Arc<Segment>>> = (0..40)
+        .map(|original| {
+            let second = noisy(if original % 3 == 0 { &moved } else { &PICK }, &mut rng);
+            vec![segment("ball", &noisy(&PICK, &mut rng)).into(), segment("cube", &second).into()]
+        })
+        .collect();
+    let originals: Vec<&[Arc<Segment>]> = originals.iter().map(Vec::as_slice).collect();
+    let pooled: Vec<&Segment> = originals.iter().copied().flatten().map(|segment| &**segment).collect();
+    for divergence in [Divergence::CrossLikelihood, Divergence::TransientBound, Divergence::MonteCarlo(60)] {
+        let learner = learner(KeyframeParameters { divergence, ..KeyframeParameters::default() });
+        let (mut apart, mut together) = (Counters::default(), Counters::default());
+        let calibration = learner.calibrate(&originals, &mut apart).unwrap();
+        let labels = learner.cluster(&pooled, &calibration, &mut apart).unwrap();
+        let found = learner.calibrate_and_cluster(&originals, &mut together).unwrap();
+        assert_eq!(found, (calibration, labels));
+        assert!(found.1.iter().max() > Some(&1), "the cubes are of two kinds");
+        if !matches!(divergence, Divergence::MonteCarlo(_)) {
+            // A segment has a model of its keyframes and one of its interpolation.
+            assert_eq!((together.hmm_fits, together.divergences), (2 * 80, 2 * 40 * 39 / 2));
+        }
+    }
+    let learner = learner(KeyframeParameters::default());
+    let policies: Vec<KeyframePolicy> = pooled.iter().map(|segment| fitted(&[(*segment).clone()])).collect();
+    let mut pairs: Vec<f64> = vec![5.0; 3];
+    for object in [0, 1] {
+        let own: Vec<&KeyframePolicy> = policies.iter().skip(object).step_by(2).collect();
+        for (index, left) in own.iter().enumerate() {
+            let distance = |right: &&KeyframePolicy| learner.distance(left, right, None, &mut Counters::default());
+            pairs.extend(own[index + 1..].iter().map(distance));
+        }
+    }
+    pairs.sort_by(f64::total_cmp);
+    let rank = 0.95 * (pairs.len() - 1) as f64;
+    let below = pairs[rank as usize];
+    let cut = 1.5 * (below + (rank - rank.floor()) * (pairs[rank as usize + 1] - below));
+    let parameters = KeyframeParameters::default().cut;
+    let found = learner.calibrate(&originals, &mut Counters::default()).unwrap().cut;
+    assert_eq!(found.to_bits(), cut.clamp(parameters.least, parameters.greatest).to_bits());
+    assert_eq!(parameters.prior_copies, 3);
+}
+
 /// The bound is above what sampling finds, and no more than a few times that where two policies are near.
 #[test]
 fn the_bound_is_above_what_sampling_finds() {

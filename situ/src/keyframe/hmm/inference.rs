@@ -130,3 +130,20 @@ fn greatest(terms: impl Iterator<Item = (usize, f64)>) -> (usize, f64) {
     }
     best
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// When the best path tried all states before each state, a segment of 1000 keyframes took four seconds.
+    #[test]
+    fn a_left_to_right_chain_has_three_ways_into_a_state_at_most() {
+        let k = 400;
+        let open = |at: usize| (at / k..=at / k + 2).contains(&(at % k));
+        let transition: Vec<f64> = (0..k * k).map(|at| if open(at) { 0.25 } else { 0.0 }).collect();
+        let hmm = Hmm { initial: vec![0.0; k], transition, end: vec![0.25; k], emissions: vec![(); k] };
+        let ways = hmm.ways_into();
+        assert_eq!(ways.iter().map(|(_, ways)| ways.len()).sum::<usize>(), 3 * k - 3);
+        assert!(ways.iter().enumerate().all(|(state, (first, ways))| first + ways.len() == state + 1));
+    }
+}
