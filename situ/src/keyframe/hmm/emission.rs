@@ -19,7 +19,7 @@ const LOG_TWO_PI: f64 = 1.837_877_066_409_345_5;
 
 /// A positive definite matrix.
 pub(super) struct Covariance {
-    pub(super) matrix: Matrix6<f64>,
+    matrix: Matrix6<f64>,
     /// Its lower Cholesky factor.
     factor: Matrix6<f64>,
     pub(super) log_determinant: f64,
@@ -29,7 +29,25 @@ impl Covariance {
     /// # Errors
     /// [`HmmError::NotPositiveDefinite`] if it is not.
     pub(super) fn new(matrix: Matrix6<f64>) -> Result<Self, HmmError> {
-        let mut factor = Matrix6::zeros();
+        let mut covariance = Self { matrix, factor: Matrix6::zeros(), log_determinant: f64::NAN };
+        covariance.factorise()?;
+        Ok(covariance)
+    }
+
+    /// Turns this into (scatter + prior)/total.
+    ///
+    /// # Errors
+    /// As [`Covariance::new`].
+    pub(super) fn set(&mut self, scatter: &Matrix6<f64>, prior: &Matrix6<f64>, total: f64) -> Result<(), HmmError> {
+        let entries = self.matrix.as_mut_slice().iter_mut();
+        for ((entry, scatter), prior) in entries.zip(scatter.as_slice()).zip(prior.as_slice()) {
+            *entry = (scatter + prior) / total;
+        }
+        self.factorise()
+    }
+
+    fn factorise(&mut self) -> Result<(), HmmError> {
+        let (matrix, factor) = (&self.matrix, &mut self.factor);
         let mut pivots = [0.0; 6];
         for column in 0..6 {
             for row in column..6 {
@@ -50,14 +68,13 @@ impl Covariance {
         // One logarithm of the product of the pivots, unless a float cannot hold the product.
         let times = |product: f64, pivot: &f64| Some(product * pivot).filter(|next| next.is_normal());
         let product = pivots.iter().try_fold(1.0, times);
-        let log_determinant = product.map_or_else(|| pivots.iter().map(|pivot| libm::log(*pivot)).sum(), libm::log);
-        Ok(Self { matrix, factor, log_determinant })
+        self.log_determinant = product.map_or_else(|| pivots.iter().map(|pivot| libm::log(*pivot)).sum(), libm::log);
+        Ok(())
     }
 
-    /// The inverse of the factor: W with Wᵀ W = Σ⁻¹, lower triangular.
-    pub(super) fn inverse_factor(&self) -> Matrix6<f64> {
+    /// Computes the inverse of the factor: W with Wᵀ W = Σ⁻¹, lower triangular.
+    fn invert_factor(&self, inverse: &mut Matrix6<f64>) {
         let factor = &self.factor;
-        let mut inverse = Matrix6::zeros();
         for row in 0..6 {
             let pivot = 1.0 / factor[(row, row)];
             for column in 0..row {
@@ -69,7 +86,6 @@ impl Covariance {
             }
             inverse[(row, row)] = pivot;
         }
-        inverse
     }
 }
 
@@ -119,20 +135,23 @@ impl Emission {
         let zero = Matrix6::zeros();
         let mut emission =
             Self { mean, covariance: zero, scatter: zero, gripper, whitening: zero, log_normaliser: f64::NAN };
-        emission.set(mean, &Covariance::new(covariance)?, scatter, gripper);
+        emission.set(mean, &Covariance::new(covariance)?, (&scatter, 1.0), gripper);
         Ok(emission)
     }
 
-    /// Turns this into the emission of this mean and covariance.
+    /// Turns this into the emission of this mean and covariance. The scatter is given with what it is to be divided by.
     pub(super) fn set(
         &mut self,
         mean: Pose,
         covariance: &Covariance,
-        scatter: Matrix6<f64>,
+        (scatter, total): (&Matrix6<f64>, f64),
         gripper: Option<GripperEmission>,
     ) {
-        (self.mean, self.covariance, self.scatter, self.gripper) = (mean, covariance.matrix, scatter, gripper);
-        self.whitening = covariance.inverse_factor();
+        (self.mean, self.gripper) = (mean, gripper);
+        self.covariance = covariance.matrix;
+        let entries = self.scatter.as_mut_slice().iter_mut().zip(scatter.as_slice());
+        entries.for_each(|(entry, scatter)| *entry = scatter / total);
+        covariance.invert_factor(&mut self.whitening);
         self.log_normaliser = -0.5 * (DIMENSIONS * LOG_TWO_PI + covariance.log_determinant);
     }
 

@@ -65,6 +65,8 @@ struct Workspace {
     residuals: Vec<Residuals>,
     /// The residuals of one state at a mean that is tried.
     tried: Residuals,
+    /// The covariances of one state: about its next mean, and about its mean before.
+    covariances: [Covariance; 2],
     /// The share of one state in every frame, 0 if it is negligible; padded.
     weights: Vec<f64>,
     /// The indices of those fours of frames in which some share is above 0.
@@ -141,11 +143,6 @@ fn blank(states: usize, workspace: &Workspace, parameters: &HmmParameters) -> Re
     Ok(hmm)
 }
 
-/// The best covariance for a mean, from the weighted scatter about that mean.
-fn best_covariance(scatter: &Matrix6<f64>, total: f64, parameters: &HmmParameters) -> Result<Covariance, HmmError> {
-    Covariance::new((scatter + prior(parameters) * parameters.prior_weight) / (total + parameters.prior_weight))
-}
-
 /// S₀.
 fn prior(parameters: &HmmParameters) -> Matrix6<f64> {
     Matrix6::from_fn(|row, column| {
@@ -178,9 +175,10 @@ impl Workspace {
         }
         let frames = Frames::new(poses.iter());
         Ok(Self {
-            recursion: Recursion::new(starts, states).with_room_for_all(),
+            recursion: Recursion::new(starts, states),
             residuals: (0..states).map(|_| Residuals::new(&frames)).collect(),
             tried: Residuals::new(&frames),
+            covariances: [Covariance::new(prior(parameters))?, Covariance::new(prior(parameters))?],
             weights: vec![0.0; frames.padded()],
             nonzero: Vec::with_capacity(frames.padded() / LANES),
             poses,
@@ -266,6 +264,7 @@ impl Workspace {
     /// The M step. If the means are a `GUESS`, a mean that is better than the next one stays.
     fn maximise<const GUESS: bool>(&mut self, hmm: &mut Hmm, parameters: &HmmParameters) -> Result<(), HmmError> {
         self.maximise_chain(hmm, parameters);
+        let prior = prior(parameters) * parameters.prior_weight;
         for (state, emission) in hmm.emissions.iter_mut().enumerate() {
             let Some(total) = self.gather(state) else { continue };
             let gripper = self.gripper(emission.gripper, parameters);
@@ -291,20 +290,21 @@ impl Workspace {
             }
             let at_next = if turned { &self.tried } else { &*residuals };
             let about_next = at_next.moments(&self.weights, &self.nonzero).1;
-            let best = |scatter: &Matrix6<f64>| best_covariance(scatter, total, parameters);
-            let covariance = best(&about_next)?;
+            // The best covariance for a mean, from the weighted scatter about that mean.
+            let [next, stayed] = &mut self.covariances;
+            next.set(&about_next, &prior, total + parameters.prior_weight)?;
             if turned && GUESS {
                 // If each mean has its best covariance, the objective is lower where the determinant is greater.
-                let stayed = best(&about_guess)?;
-                if stayed.log_determinant < covariance.log_determinant - ROUNDING {
-                    emission.set(emission.mean, &stayed, about_guess / total, gripper);
+                stayed.set(&about_guess, &prior, total + parameters.prior_weight)?;
+                if stayed.log_determinant < next.log_determinant - ROUNDING {
+                    emission.set(emission.mean, stayed, (&about_guess, total), gripper);
                     continue;
                 }
             }
             if turned {
                 core::mem::swap(residuals, &mut self.tried);
             }
-            emission.set(mean, &covariance, about_next / total, gripper);
+            emission.set(mean, next, (&about_next, total), gripper);
         }
         Ok(())
     }

@@ -5,7 +5,8 @@ use super::left_to_right::{Batch, Chain, ForwardBackward, LEAST, Lanes, Rows, TO
 use crate::keyframe::hmm::model::Hmm;
 use crate::vector::{Four, Kernel, LANES, Wide, exp, fours, widest};
 
-/// Sequences of frames under a model of K states, and the tables of the recursions over them. All is allocated once.
+/// Sequences of frames under a model of K states, and the tables of the recursions over them. All is allocated once,
+/// and what only few sequences need is allocated for the first of them.
 pub(in crate::keyframe::hmm) struct Recursion {
     states: usize,
     /// The frame at which each sequence starts, and at the end the number of all frames.
@@ -27,7 +28,7 @@ pub(in crate::keyframe::hmm) struct Recursion {
     log_likelihoods: Vec<f64>,
     /// Expected transitions, shape (K, K).
     transitions: Vec<f64>,
-    /// For the sequences that need more than plain floats.
+    /// For the sequences that need more than plain floats: allocated for the first of them.
     general: Option<GeneralChain>,
 }
 
@@ -77,12 +78,6 @@ impl Recursion {
             lanes,
             starts,
         }
-    }
-
-    /// Allocates at once what sequences need for which plain floats are not enough.
-    pub(in crate::keyframe::hmm) fn with_room_for_all(mut self) -> Self {
-        self.general = Some(new_general(&self.starts, self.states));
-        self
     }
 
     /// The log densities, which must be filled before each recursion.
