@@ -1,6 +1,7 @@
 """The results as Markdown and CSV."""
 
 import csv
+import io
 import os
 import platform
 import statistics
@@ -13,7 +14,7 @@ import numpy as np
 from programs import crate_version
 from rounds import Row, Share
 
-PACKAGES = ("hmmlearn", "scikit-learn", "numpy", "scipy")
+PACKAGES = ("hmmlearn", "scikit-learn", "numpy", "scipy", "mujoco")
 CRATES = ("hmmlearn-rs",)
 
 
@@ -47,7 +48,7 @@ def markdown(rows: list[Row], shares: list[Share], about: dict[str, str], comman
 
 
 def peers(rows: list[Row], about: dict[str, str], command: str) -> list[str]:
-    versions = ", ".join(f"{name} {about[name]}" for name in PACKAGES + CRATES)
+    versions = ", ".join(f"{name} {about[name]}" for name in PACKAGES + CRATES if name != "mujoco")
     lines = [
         "## Peers: other libraries beside the kernels of situ", "",
         f"Made by `{command}`; do not edit.", "",
@@ -87,26 +88,33 @@ def peak(shares: list[Share]) -> list[str]:
     return lines
 
 
-def write_peers(path: Path, rows: list[Row], about: dict[str, str]) -> None:
+def comma_separated(head: list[str], lines: Iterable[list[object]]) -> str:
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(head)
+    table.writerows(lines)
+    return text.getvalue()
+
+
+def peers_csv(rows: list[Row], about: dict[str, str]) -> str:
     """One line for each case, peer and round."""
-    with path.open("w", newline="") as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow(["case", "peer", "version", "way", "round", "peer_ms", "ours_ms", "ratio", "agreement", *about])
-        for row in rows:
-            worst = max(row.agreement.values())
-            for index, (peer, ours, ratio) in enumerate(zip(row.peer, row.ours, row.ratios, strict=True), start=1):
-                table.writerow([row.case, row.package, about[row.package], row.way, index, f"{peer:.6g}", f"{ours:.6g}",
-                                f"{ratio:.6g}", f"{worst:.1e}", *about.values()])
+    head = ["case", "peer", "version", "way", "round", "peer_ms", "ours_ms", "ratio", "agreement", *about]
+    lines = []
+    for row in rows:
+        worst = max(row.agreement.values())
+        for index, (peer, ours, ratio) in enumerate(zip(row.peer, row.ours, row.ratios, strict=True), start=1):
+            lines.append([row.case, row.package, about[row.package], row.way, index, f"{peer:.6g}", f"{ours:.6g}",
+                          f"{ratio:.6g}", f"{worst:.1e}", *about.values()])
+    return comma_separated(head, lines)
 
 
-def write_peak(path: Path, shares: list[Share], about: dict[str, str]) -> None:
+def peak_csv(shares: list[Share], about: dict[str, str]) -> str:
     """One line for each case and round."""
-    with path.open("w", newline="") as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow(["case", "round", "operations", "ours_gflops", "peak_gflops", "share", "fused_peak_gflops",
-                        *about])
-        for share in shares:
-            rounds = zip(share.reached, share.peak, share.shares, share.fused_peak, strict=True)
-            for index, rates in enumerate(rounds, start=1):
-                numbers = [f"{rate:.6g}" for rate in rates]
-                table.writerow([share.case, index, share.operations, *numbers, *about.values()])
+    head = ["case", "round", "operations", "ours_gflops", "peak_gflops", "share", "fused_peak_gflops", *about]
+    lines = []
+    for share in shares:
+        rounds = zip(share.reached, share.peak, share.shares, share.fused_peak, strict=True)
+        for index, rates in enumerate(rounds, start=1):
+            numbers = [f"{rate:.6g}" for rate in rates]
+            lines.append([share.case, index, share.operations, *numbers, *about.values()])
+    return comma_separated(head, lines)

@@ -34,16 +34,21 @@ impl Beads {
         Beads { count, radius: 0.006, density: 1000.0, friction: 0.4, angular_damping: 2.0 }
     }
 
+    /// Says what is wrong with a bead's properties, if anything.
+    pub(crate) fn check(&self, container: &str) -> Result<(), SimError> {
+        within(container, "a bead's radius must be 1 mm to 5 cm", &[self.radius], 1e-3, 5e-2)?;
+        within(container, "a bead's density must be 1 to 30000 kg/m³", &[self.density], 1.0, 3e4)?;
+        within(container, "friction must be 0 to 5", &[self.friction], 0.0, 5.0)?;
+        within(container, "damping must be 0 to 1000 1/s", &[self.angular_damping], 0.0, 1e3)
+    }
+
     /// Centres of the beads in the container's frame, metres: layers of a hexagonal lattice from the floor up, every
     /// second layer shifted.
     ///
     /// # Errors
     /// A property of the beads is impossible, or they do not fit below the rim.
     pub(crate) fn layout(&self, container: &str, interior: &Interior) -> Result<Vec<[f64; 3]>, SimError> {
-        within(container, "a bead's radius must be 1 mm to 5 cm", &[self.radius], 1e-3, 5e-2)?;
-        within(container, "a bead's density must be 1 to 30000 kg/m³", &[self.density], 1.0, 3e4)?;
-        within(container, "friction must be 0 to 5", &[self.friction], 0.0, 5.0)?;
-        within(container, "damping must be 0 to 1000 1/s", &[self.angular_damping], 0.0, 1e3)?;
+        self.check(container)?;
         within(container, "there may be 0 to 2000 beads", &[self.count as f64], 0.0, MAX_BEADS as f64)?;
         let pitch = SPACING * self.radius;
         let row_pitch = pitch * 0.5 * libm::sqrt(3.0);

@@ -148,6 +148,11 @@ impl World {
         self.beads.iter().map(center).collect()
     }
 
+    /// Poses of all beads, in the same order. A bead's rotation is that since it was put in.
+    pub fn bead_poses(&self) -> Vec<Pose> {
+        self.beads.iter().map(|&body| from_engine(self.physics.bodies[body].position())).collect()
+    }
+
     /// How many beads have their centre inside the container, up to its rim; none if it is no container.
     pub fn beads_inside(&self, container: &str) -> Option<usize> {
         let interior = self.object(container)?.container?;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use nalgebra::{Point3, Vector3};
 use rapier3d::geometry::{Group, InteractionGroups};
 use rapier3d::prelude::{ColliderBuilder, RigidBodyBuilder};
 
@@ -22,6 +23,8 @@ const BEADS_REST_BELOW: f32 = 4e-3;
 const BEADS_REST_AFTER: f32 = 0.25;
 /// How long beads are left to come to rest after they have been put in, seconds.
 const FILL_SETTLE: f64 = 0.5;
+/// What messages about scattered beads are about.
+const BEADS: &str = "beads";
 /// The most iterations of the solver in a step.
 const MOST_ITERATIONS: usize = 64;
 
@@ -75,10 +78,30 @@ impl World {
             return Err(SimError::NoInterior { object: container.to_owned() });
         };
         let pose = from_engine(self.physics.bodies[entry.body].position());
-        for center in beads.layout(container, &interior)? {
-            let at = pose * nalgebra::Point3::from(center);
+        let centers = beads.layout(container, &interior)?;
+        let centers = centers.into_iter().map(|center| (pose * Point3::from(center)).coords);
+        self.put_beads(beads, centers);
+        self.settle(FILL_SETTLE);
+        Ok(())
+    }
+
+    /// Puts one bead at each of these centres (metres, world frame), at rest; no time passes. `count` is not heeded,
+    /// and nothing checks whether anything else is there.
+    ///
+    /// # Errors
+    /// A centre is not finite or more than 5 m away, or a property of the beads is impossible.
+    pub fn scatter(&mut self, beads: &Beads, centers: &[[f64; 3]]) -> Result<(), SimError> {
+        beads.check(BEADS)?;
+        centers.iter().try_for_each(|&[x, y, z]| check_pose(BEADS, &Pose::translation(x, y, z)))?;
+        self.put_beads(beads, centers.iter().map(|&center| center.into()));
+        Ok(())
+    }
+
+    /// One bead at each centre in the world.
+    fn put_beads(&mut self, beads: &Beads, centers: impl Iterator<Item = Vector3<f64>>) {
+        for center in centers {
             let body = RigidBodyBuilder::dynamic()
-                .translation(to_engine_vector(&at.coords))
+                .translation(to_engine_vector(&center))
                 .angular_damping(beads.angular_damping as f32);
             let ball = ColliderBuilder::ball(beads.radius as f32)
                 .density(beads.density as f32)
@@ -90,8 +113,6 @@ impl World {
             activation.time_until_sleep = BEADS_REST_AFTER;
             self.beads.push(body);
         }
-        self.settle(FILL_SETTLE);
-        Ok(())
     }
 
     /// Adds a magnet between two objects.

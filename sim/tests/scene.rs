@@ -10,6 +10,27 @@ fn cube(name: &str) -> Object {
 }
 
 #[test]
+fn scattered_beads_are_where_they_were_put_and_fall_freely() {
+    let beads = Beads::new(0);
+    let centers = [[0.0, 0.0, 0.2], [0.1, -0.05, 0.3]];
+    let mut world = World::new();
+    for bad in [[f64::NAN, 0.0, 0.1], [0.0, 9.0, 0.1]] {
+        assert!(matches!(world.scatter(&beads, &[centers[0], bad]), Err(SimError::BadPose { .. })));
+    }
+    assert!(world.scatter(&Beads { radius: 0.0, ..beads }, &centers).is_err());
+    assert!(world.beads().is_empty(), "a refused call must put nothing in");
+    world.scatter(&beads, &centers).unwrap();
+    world.settle(0.1);
+    let fallen = 0.5 * 9.81 * 0.1 * 0.1;
+    for ((pose, center), at) in world.bead_poses().iter().zip(centers).zip(world.beads()) {
+        assert_eq!(<[f64; 3]>::from(pose.translation.vector), at);
+        assert!((pose.translation.x, pose.translation.y) == (f64::from(center[0] as f32), f64::from(center[1] as f32)));
+        // A fall in steps of 1/240 s is up to 1 / 48 longer.
+        assert!((fallen..1.03 * fallen).contains(&(center[2] - at[2])), "fell {} m", center[2] - at[2]);
+    }
+}
+
+#[test]
 fn impossible_scenes_are_refused() {
     let mut world = World::new();
     world.add(cube("a"), standing(0.0, 0.0, 0.02, 0.0)).unwrap();

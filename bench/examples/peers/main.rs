@@ -5,6 +5,7 @@
 //! timed run to standard output as JSON. Reading the numbers and making poses of them is not timed.
 
 mod peak;
+mod physics;
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -25,6 +26,7 @@ use situ::task_model::screen::Screen;
 use situ_bench::cost::timed;
 
 use peak::Peak;
+use physics::Scene;
 
 /// A pose as the script has it: metres, then the rotation vector in radians.
 type Frame = [f64; 6];
@@ -66,6 +68,8 @@ enum Question {
     Screen { centres: Vec<Vec<f64>>, greatest: f64, row: Vec<f64> },
     /// The additions and multiplications that the core does in a run that does nothing else.
     Peak { fused: bool },
+    /// What moves where in a scene of rigid bodies.
+    Physics(Scene),
 }
 
 #[derive(Serialize)]
@@ -131,6 +135,7 @@ fn answer(question: Question, seconds: f64) -> Outcome<(Values, Vec<f64>)> {
             let (operations, nanoseconds) = measured(seconds, || Ok::<_, Box<dyn Error>>(Peak { fused }.run()))?;
             Ok((Values::from([("operations", vec![operations])]), nanoseconds))
         }
+        Question::Physics(scene) => scene.answer(seconds),
     }
 }
 
@@ -152,10 +157,20 @@ fn screened(centres: &[Vec<f64>], greatest: f64, row: Vec<f64>, seconds: f64) ->
 
 /// The result of a kernel, and the nanoseconds of each timed run.
 fn measured<T, E>(seconds: f64, mut kernel: impl FnMut() -> Result<T, E>) -> Result<(T, Vec<f64>), E> {
-    let value = kernel()?;
+    measured_from(seconds, || (), |()| kernel())
+}
+
+/// The same for a kernel that uses up what it starts from. That is made for each run, and its making is not timed.
+fn measured_from<S, T, E>(
+    seconds: f64,
+    mut start: impl FnMut() -> S,
+    mut kernel: impl FnMut(S) -> Result<T, E>,
+) -> Result<(T, Vec<f64>), E> {
+    let value = kernel(start())?;
     let (mut nanoseconds, mut spent) = (Vec::new(), 0.0);
     while nanoseconds.len() < LEAST_RUNS || spent < seconds {
-        let (again, taken) = timed(|| black_box(kernel()));
+        let from = start();
+        let (again, taken) = timed(|| black_box(kernel(from)));
         again?;
         nanoseconds.push(1e9 * taken);
         spent += taken;
