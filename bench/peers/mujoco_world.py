@@ -49,7 +49,9 @@ class Way:
     solver: str = "Newton"
     iterations: int = 100
     tolerance: float = 1e-8
-    time_constant: float = 0.01
+    time_constant: float = 0.0
+    """Of contacts, seconds; 0 for one that suits the step."""
+    sparse: bool = False
     integrator: str = "implicitfast"
     noslip: int = 0
     impratio: float = 10.0
@@ -65,16 +67,18 @@ _BASES = [
     replace(_PYRAMIDAL, name="pyramidal, CG", solver="CG"),
     replace(_PYRAMIDAL, name="pyramidal, CG, tolerance 1e-5", solver="CG", tolerance=1e-5),
     replace(_PYRAMIDAL, name="pyramidal, CG, at most 20 iterations", solver="CG", iterations=20),
+    replace(_PYRAMIDAL, name="pyramidal, CG, contacts of 20 ms", solver="CG", time_constant=0.02),
     replace(_ELLIPTIC, name="elliptic, CG, tolerance 1e-5", solver="CG", tolerance=1e-5),
     _PYRAMIDAL,
     replace(_PYRAMIDAL, name="pyramidal, Newton, at most 4 iterations", iterations=4),
     replace(_PYRAMIDAL, name="pyramidal, Newton, tolerance 1e-5", tolerance=1e-5),
+    replace(_PYRAMIDAL, name="pyramidal, Newton, sparse, tolerance 1e-5", tolerance=1e-5, sparse=True),
     _ELLIPTIC,
     replace(_ELLIPTIC, name="elliptic, Newton, tolerance 1e-5", tolerance=1e-5),
     replace(_ELLIPTIC, name="elliptic, Newton, noslip 3", noslip=3),
     replace(_ELLIPTIC, name="elliptic, Newton, discrete", integrator="discrete"),
 ]
-WAYS = [replace(way, name=f"{label}, {way.name}", step=step, time_constant=constant)
+WAYS = [replace(way, name=f"{label}, {way.name}", step=step, time_constant=way.time_constant or constant)
         for label, step, constant in (("1/240 s", OUR_STEP, 0.01), ("2 ms", FINE, 0.005)) for way in _BASES]
 WAYS.append(Way("2 ms, all defaults", FINE, elliptic=False, impratio=1.0, time_constant=0.02, integrator="Euler",
                 sleep=False))
@@ -275,7 +279,7 @@ def add_option(root: Xml.Element, way: Way) -> None:
     option = Xml.SubElement(root, "option", timestep=text(way.step), cone=cone, solver=way.solver,
                             iterations=str(way.iterations), tolerance=repr(way.tolerance), integrator=way.integrator,
                             noslip_iterations=str(way.noslip), impratio=text(way.impratio),
-                            gravity=text([0, 0, -GRAVITY]))
+                            jacobian="sparse" if way.sparse else "auto", gravity=text([0, 0, -GRAVITY]))
     Xml.SubElement(option, "flag", sleep="enable" if way.sleep else "disable")
 
 
