@@ -8,8 +8,8 @@
 use nalgebra::{Translation3, Vector3};
 use rapier3d::geometry::{Group, InteractionGroups, InteractionTestMode};
 use rapier3d::prelude::{
-    ActiveCollisionTypes, ColliderBuilder, ColliderHandle, ImpulseJointHandle, JointAxis, MotorModel, PhysicsWorld,
-    PrismaticJointBuilder, RigidBodyBuilder, RigidBodyHandle, Vector,
+    ActiveCollisionTypes, ColliderBuilder, ColliderHandle, GenericJointBuilder, ImpulseJointHandle, JointAxesMask,
+    JointAxis, MotorModel, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, RigidBodyPosition, Vector,
 };
 use serde::{Deserialize, Serialize};
 
@@ -92,17 +92,21 @@ impl Hand {
                 RigidBodyBuilder::dynamic()
                     .pose(to_engine(&(tcp * finger_offset(side, gap))))
                     .gravity_scale(0.0)
+                    .lock_rotations()
                     .can_sleep(false),
                 collider(FINGER_HALF).mass(FINGER_MASS),
             );
-            let rail = PrismaticJointBuilder::new(Vector::new(0.0, side as f32, 0.0))
+            let along = Vector::new(0.0, side as f32, 0.0);
+            let rail = GenericJointBuilder::new(JointAxesMask::LIN_Y | JointAxesMask::LIN_Z)
+                .local_axis1(along)
+                .local_axis2(along)
                 .local_anchor1(Vector::new(
                     0.0,
                     side as f32 * FINGER_HALF[1],
                     (FINGER_ABOVE_TCP - PALM_ABOVE_TCP) as f32,
                 ))
-                .limits([0.0, STROKE as f32])
-                .motor_model(MotorModel::ForceBased)
+                .limits(JointAxis::LinX, [0.0, STROKE as f32])
+                .motor_model(JointAxis::LinX, MotorModel::ForceBased)
                 .contacts_enabled(false)
                 .build();
             (finger, finger_collider, physics.insert_impulse_joint(palm, finger, rail))
@@ -199,7 +203,16 @@ impl Hand {
     pub(crate) fn drive(&mut self, physics: &mut PhysicsWorld) {
         let goal = self.target * Translation3::new(0.0, 0.0, PALM_ABOVE_TCP);
         let palm = &mut physics.bodies[self.palm];
-        palm.set_next_kinematic_position(to_engine_near(&goal, palm.position()));
+        let next_position = to_engine_near(&goal, palm.position());
+        palm.set_next_kinematic_position(next_position);
+        let position = *palm.position();
+        // The fingers do not turn by forces. They turn with the palm, and have its rate of turning.
+        let turning = RigidBodyPosition { position, next_position }.interpolate_velocity(1.0 / DT as f32, Vector::ZERO).angvel;
+        for finger in self.fingers {
+            let body = &mut physics.bodies[finger];
+            body.set_rotation(position.rotation, false);
+            body.set_angvel(turning, false);
+        }
         let mean = mean(self.gaps(physics));
         // The motors damp the difference of the fingers and not their common motion. If that were damped too, a gentle
         // squeeze would arrive too late.
