@@ -135,7 +135,7 @@ impl<'a> Conditions<'a> {
             if self.is_reached(&last) {
                 break;
             }
-            let Some(shown) = self.during(RunPhase::Correct).shown(robot.model(), setting, &last, round)? else {
+            let Some(shown) = self.during(RunPhase::Correct).shown(robot.model(), setting, &mut last, round)? else {
                 // There is no failure from which this teacher can still show the way, so no further correction will
                 // come.
                 last = self.evaluate(robot.model(), setting, round, Until::Done)?;
@@ -168,25 +168,44 @@ impl<'a> Conditions<'a> {
     }
 
     /// The first failure of the last evaluation from which the teacher manages to show the way, and the demonstration.
+    /// Where the evaluation stopped early and none of its failures will do, it goes on until one does.
     fn shown(
         &self,
         model: &dyn Learned,
         setting: &Arc<Setting>,
-        last: &Evaluation,
+        last: &mut Evaluation,
         round: u32,
     ) -> Result<Option<Shown<'a>>, BenchError> {
-        for index in &last.failures {
-            self.check_interrupt()?;
-            let Some(failure) = self.watch(model, setting, round, *index)? else { continue };
-            for attempt in 0..ATTEMPTS {
-                let seed = self.stream(setting, "correct", &[round, *index, attempt]);
-                let name = format!("{}-correction-{round}", setting.label());
-                let shown = failure
-                    .cursor
-                    .shown(attempt, |episode| self.demonstrated(&name, Kind::Corrective, episode, seed))?;
-                if let (true, Some(demonstration)) = (shown.clean, shown.demonstration.clone()) {
-                    return Ok(Some(Shown { failure, demonstration, effort: TotalEffort::from(&shown.effort) }));
+        let mut looked_at = 0;
+        loop {
+            while let Some(index) = last.failures.get(looked_at) {
+                looked_at += 1;
+                self.check_interrupt()?;
+                let Some(failure) = self.watch(model, setting, round, *index)? else { continue };
+                if let Some(shown) = self.shown_from(failure, setting, [round, *index])? {
+                    return Ok(Some(shown));
                 }
+            }
+            if !self.during(RunPhase::Evaluate).evaluate_on(model, setting, round, last)? {
+                return Ok(None);
+            }
+        }
+    }
+
+    /// What the teacher shows from a failure, of a round and a rollout. None where no attempt succeeds.
+    fn shown_from(
+        &self,
+        failure: Failure<'a>,
+        setting: &Setting,
+        [round, index]: [u32; 2],
+    ) -> Result<Option<Shown<'a>>, BenchError> {
+        for attempt in 0..ATTEMPTS {
+            let seed = self.stream(setting, "correct", &[round, index, attempt]);
+            let name = format!("{}-correction-{round}", setting.label());
+            let show = |episode| self.demonstrated(&name, Kind::Corrective, episode, seed);
+            let shown = failure.cursor.shown(attempt, show)?;
+            if let (true, Some(demonstration)) = (shown.clean, shown.demonstration.clone()) {
+                return Ok(Some(Shown { failure, demonstration, effort: TotalEffort::from(&shown.effort) }));
             }
         }
         Ok(None)

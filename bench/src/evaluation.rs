@@ -19,7 +19,7 @@ use crate::spending::Steps;
 
 /// Rollouts between two looks at whether the target is out of reach. The number is fixed: the rollouts must not
 /// depend on the number of threads.
-const BATCH: usize = 4;
+const BATCH: u32 = 2;
 
 /// How long an evaluation goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,22 +81,35 @@ impl<'a> Conditions<'a> {
         until: Until,
     ) -> Result<Evaluation, BenchError> {
         let mut evaluation = Evaluation::none(0);
-        let indices: Vec<u32> = (0..self.protocol.rollouts).collect();
-        for batch in indices.chunks(BATCH) {
-            let rollouts = batch.par_iter().map(|index| {
-                self.check_interrupt()?;
-                let rolled_out = self.roll_out(model, setting, (round, *index), Watched::No)?;
-                Ok(rolled_out.map(|(rollout, _)| rollout))
-            });
-            let rollouts: Vec<Option<_>> = rollouts.collect::<Result<_, BenchError>>()?;
-            for (index, rollout) in batch.iter().zip(rollouts) {
-                evaluation.count(*index, rollout);
-            }
-            if until == Until::OutOfReach && !self.is_within_reach(&evaluation) {
-                break;
-            }
-        }
+        while (until == Until::Done || self.is_within_reach(&evaluation))
+            && self.evaluate_on(model, setting, round, &mut evaluation)?
+        {}
         Ok(evaluation)
+    }
+
+    /// Goes on with an evaluation of a round by one batch of rollouts. Returns whether there was one left.
+    ///
+    /// # Errors
+    /// As [`Conditions::evaluate`].
+    pub(crate) fn evaluate_on(
+        &self,
+        model: &dyn Learned,
+        setting: &Arc<Setting>,
+        round: u32,
+        evaluation: &mut Evaluation,
+    ) -> Result<bool, BenchError> {
+        let done = evaluation.rate.rollouts;
+        let indices: Vec<u32> = (done..self.protocol.rollouts.min(done + BATCH)).collect();
+        let rollouts = indices.par_iter().map(|index| {
+            self.check_interrupt()?;
+            let rolled_out = self.roll_out(model, setting, (round, *index), Watched::No)?;
+            Ok(rolled_out.map(|(rollout, _)| rollout))
+        });
+        let rollouts: Vec<Option<_>> = rollouts.collect::<Result<_, BenchError>>()?;
+        for (index, rollout) in indices.iter().zip(rollouts) {
+            evaluation.count(*index, rollout);
+        }
+        Ok(!indices.is_empty())
     }
 
     /// Whether the target is still met if every rollout that is left succeeds.

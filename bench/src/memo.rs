@@ -18,7 +18,7 @@ use crate::error::BenchError;
 use crate::spending::Steps;
 
 /// Copies of episodes are kept up to so many bytes, all threads together. Beyond that nothing new is kept.
-const ROOM: usize = 1 << 30;
+const ROOM: usize = 1 << 29;
 
 /// The name of a start: the setting, the round of the evaluation, and the rollout.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -1,5 +1,6 @@
 //! The runs of a protocol, every name looked up.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use situ::edit::Edit;
@@ -9,7 +10,7 @@ use situ_tasks::{Registry, Setting, Task};
 use situ_teachers::{Roster, Teacher, convert};
 
 use crate::error::BenchError;
-use crate::protocol::{CostSeries, Protocol};
+use crate::protocol::{CostSeries, Protocol, Variations};
 use crate::synthetic::Parameters;
 
 /// Which of a protocol's runs to do: of each list all that it names, everything where it is empty.
@@ -168,7 +169,11 @@ impl Filter {
             names => names.iter().any(|wanted| wanted == name),
         };
         let variations = task.variations().filter(|name| is_wanted(name)).map(|name| task.variation(Some(name)));
-        let variations = variations.collect::<Result<Vec<_>, _>>()?;
+        let mut variations = variations.collect::<Result<Vec<_>, _>>()?;
+        if self.variations.is_empty() && protocol.variations == Variations::FirstOfEachEdit {
+            let mut met = BTreeSet::new();
+            variations.retain(|setting| met.insert(setting.edit));
+        }
         let is_wanted = |name: &String| match self.sequences.as_slice() {
             [] => protocol.sequences && self.variations.is_empty(),
             names => names.contains(name),

@@ -64,6 +64,17 @@ impl CostSeries {
     }
 }
 
+/// Which variations of a family are run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Variations {
+    /// All.
+    #[default]
+    All,
+    /// The first that needs each edit, in the order of the family's file.
+    FirstOfEachEdit,
+}
+
 /// A protocol.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -74,6 +85,9 @@ pub struct Protocol {
     pub analysis: String,
     /// Task families; none where update cost alone is measured.
     pub tasks: Vec<String>,
+    /// Which of their variations.
+    #[serde(default)]
+    pub variations: Variations,
     /// Teacher profiles.
     pub teachers: Vec<String>,
     /// Methods.

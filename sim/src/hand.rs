@@ -207,7 +207,8 @@ impl Hand {
         palm.set_next_kinematic_position(next_position);
         let position = *palm.position();
         // The fingers do not turn by forces. They turn with the palm, and have its rate of turning.
-        let turning = RigidBodyPosition { position, next_position }.interpolate_velocity(1.0 / DT as f32, Vector::ZERO).angvel;
+        let turning =
+            RigidBodyPosition { position, next_position }.interpolate_velocity(1.0 / DT as f32, Vector::ZERO).angvel;
         for finger in self.fingers {
             let body = &mut physics.bodies[finger];
             body.set_rotation(position.rotation, false);

@@ -13,7 +13,7 @@ use situ_tasks::{Episode, Event, Happening, MotionEnd, NeededEdit, Plant, REST_S
 /// The original and the variations of each of the six tasks.
 const SETTINGS: usize = 36;
 /// The settings, of those that need an edit, in which the arm finds no plan for what the original program wants.
-const WITHOUT_PLAN: [&str; 2] = ["press/tall", "stack/tall_base"];
+const WITHOUT_PLAN: [&str; 1] = ["press/tall"];
 /// The settings among these in which that happens before a watching teacher stops the robot.
 const WATCHED_WITHOUT_PLAN: [&str; 1] = ["press/tall"];
 
@@ -116,7 +116,7 @@ fn a_hand_that_ran_into_something_can_leave() {
         ("drawer", "pin", [1, 1, 1]),
         ("drawer", "stiff", [1, 1, 1]),
         ("drawer", "low_handle", [1, 1, 1]),
-        ("stack", "tall_base", [1, 0, 0]),
+        ("stack", "tall_base", [1, 1, 1]),
         ("press", "shutter", [0, 0, 0]),
     ];
     for (task, variation, aborts) in collisions {

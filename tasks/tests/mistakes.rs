@@ -34,8 +34,8 @@ fn reports_in(file: &str, from: &str, to: &str, line_of: &str, key: &str, expect
 
 #[test]
 fn words_and_types() {
-    reports("time_limit = 60.0", "time_limit = \"long\"", "time_limit", "time_limit", "expected f64");
-    reports("time_limit = 60.0", "time_limit = 60.0\ncolour = 3", "colour", "colour", "unknown field `colour`");
+    reports("time_limit = 30.0", "time_limit = \"long\"", "time_limit", "time_limit", "expected f64");
+    reports("time_limit = 30.0", "time_limit = 30.0\ncolour = 3", "colour", "colour", "unknown field `colour`");
     reports("[beads]\n", "[beads\n", "[beads", "[beads", "expected `]`");
     reports("radius = 0.0075", "radius = nan", "radius = nan", "beads.radius", "finite");
     reports("edit = \"node-addition\"", "edit = \"node\"", "edit = \"node\"", "variation[0].edit", "`node-addition`");

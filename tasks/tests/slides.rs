@@ -124,18 +124,17 @@ fn a_finger_that_rebounds_presses_no_longer() {
         go(&mut episode, &frame, [x, 0.0, 0.09], gripper);
     }
     let mut rebounds = 0;
-    let mut pressed = false;
-    episode.perform(
-        &(frame * Pose::translation(-0.138, 0.0, 0.09)),
-        Some(GripperCommand::Close(5.0)),
-        0.0,
-        &mut |world| {
+    let target = frame * Pose::translation(-0.138, 0.0, 0.09);
+    for squeeze in [5.0, 10.0, 20.0] {
+        let mut pressed = false;
+        episode.perform(&target, Some(GripperCommand::Close(squeeze)), 0.0, &mut |world| {
             let apart = !world.touching("hand", "green_cap");
             rebounds += usize::from(pressed && apart);
             pressed = world.grip_force("green_cap").iter().any(|&force| force > 0.0);
             assert!(!(apart && pressed), "a finger in the air presses with {:?} N", world.grip_force("green_cap"));
             assert!(world.hand_force() < 20.0, "the hand feels {} N", world.hand_force());
-        },
-    );
+        });
+        episode.perform(&target, Some(GripperCommand::Open(0.06)), 0.0, &mut |_| {});
+    }
     assert!(rebounds >= 3, "only {rebounds} rebounds: the test has nothing to say");
 }

@@ -102,7 +102,8 @@ fn tower(labels: &mut Labels, seed: u64) {
     scene.go("extra", [0.0, 0.0, 0.004], Some(GripperCommand::Close(20.0)));
     labels.truly(&scene, "held(extra)", "taken off the base", scene.rises_with_the_hand("extra"));
     labels.near_miss(&scene, "held(base)", "the one on it is held", scene.rises_with_the_hand("base"));
-    scene.grip(HALF_OPEN);
+    // The pads are 1 mm from the small block on either side, so that the tips come down on the larger one.
+    scene.grip(GripperCommand::Open(0.032));
     scene.go("extra", [0.0, 0.0, 0.0], None);
     scene.go("extra", [0.0, 0.0, -0.0035], Some(GripperCommand::Close(20.0)));
     labels.near_miss(
