@@ -37,7 +37,7 @@ pub struct Conditions<'a> {
     /// Where the demonstrations are written, if anywhere.
     pub archive: Option<&'a Archive>,
     /// What has been simulated already.
-    pub memo: &'a Memo,
+    pub memo: &'a Memo<'a>,
     /// Where the time goes.
     pub spending: &'a Spending,
     /// The part of the run to which the time counts.

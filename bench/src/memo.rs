@@ -17,7 +17,7 @@ use crate::ended::Ended;
 use crate::error::BenchError;
 use crate::spending::Steps;
 
-/// Copies of episodes are kept up to so many bytes, all threads together. Beyond that nothing new is kept.
+/// Copies of episodes are kept up to so many bytes, in all memos of a room together. Beyond that nothing new is kept.
 const ROOM: usize = 1 << 29;
 
 /// The name of a start: the setting, the round of the evaluation, and the rollout.
@@ -71,6 +71,12 @@ struct Tree {
 }
 
 impl Tree {
+    /// The bytes that its episodes take.
+    fn bytes(&self) -> usize {
+        let steps = self.steps.iter().map(|step| &step.episode);
+        self.start.iter().flatten().chain(steps).map(|episode| episode.bytes()).sum()
+    }
+
     /// The step that performs this after that.
     fn find(&self, after: Stand, action: &Action) -> Option<usize> {
         let next = match after {
@@ -96,17 +102,37 @@ enum Stand {
     Off,
 }
 
+/// The room that memos share, however many threads there are.
+#[derive(Debug, Default)]
+pub struct Room {
+    taken: AtomicUsize,
+}
+
+impl Room {
+    /// Takes so many bytes, if there are so many left.
+    fn take(&self, bytes: usize) -> bool {
+        let is_room = self.taken.fetch_add(bytes, Ordering::Relaxed) + bytes <= ROOM;
+        if !is_room {
+            self.give_back(bytes);
+        }
+        is_room
+    }
+
+    fn give_back(&self, bytes: usize) {
+        self.taken.fetch_sub(bytes, Ordering::Relaxed);
+    }
+}
+
 /// What has been simulated already in the runs of one original task.
-#[derive(Default)]
-pub struct Memo {
+pub struct Memo<'a> {
     trees: Mutex<BTreeMap<Beginning, Arc<Mutex<Tree>>>>,
     shown: Mutex<BTreeMap<(Beginning, Stand, u32), Arc<Shown>>>,
-    bytes: AtomicUsize,
+    room: &'a Room,
 }
 
 /// An episode on its way, and where it stands in the memo.
 pub struct Cursor<'a> {
-    memo: &'a Memo,
+    memo: &'a Memo<'a>,
     origin: Beginning,
     tree: Arc<Mutex<Tree>>,
     stand: Stand,
@@ -119,7 +145,12 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().expect("no holder of the memo panics")
 }
 
-impl Memo {
+impl<'a> Memo<'a> {
+    /// A memo that knows nothing yet, and takes its room here.
+    pub fn new(room: &'a Room) -> Self {
+        Self { trees: Mutex::default(), shown: Mutex::default(), room }
+    }
+
     /// The episode of a start, made by `make` where it is new. `None` where the physics refused it.
     ///
     /// # Errors
@@ -135,7 +166,7 @@ impl Memo {
             Some(episode) => (episode.clone(), episode.as_ref().map_or(0, |episode| episode.steps())),
             None => {
                 let episode = make()?.map(Arc::new);
-                if episode.as_ref().is_none_or(|episode| self.has_room_for(episode)) {
+                if episode.as_ref().is_none_or(|episode| self.room.take(episode.bytes())) {
                     trunk.start = Some(episode.clone());
                 }
                 (episode, 0)
@@ -147,31 +178,24 @@ impl Memo {
 
     /// Forgets all that was simulated in a setting.
     pub fn forget(&self, setting: &str) {
-        let is_other = |origin: &Beginning| origin.setting != setting;
-        let mut forgotten = Vec::new();
-        locked(&self.trees).retain(|origin, tree| {
-            is_other(origin) || {
-                forgotten.push(Arc::clone(tree));
-                false
-            }
-        });
-        locked(&self.shown).retain(|(origin, ..), _| is_other(origin));
-        for tree in forgotten {
-            let tree = locked(&tree);
-            let steps = tree.steps.iter().map(|step| &step.episode);
-            let bytes = tree.start.iter().flatten().chain(steps).map(|episode| episode.bytes()).sum();
-            self.bytes.fetch_sub(bytes, Ordering::Relaxed);
-        }
+        self.forget_where(&|beginning| beginning.setting == setting);
     }
 
-    /// Takes room for a copy of an episode, if there is some left.
-    fn has_room_for(&self, episode: &Episode) -> bool {
-        let bytes = episode.bytes();
-        let is_room = self.bytes.fetch_add(bytes, Ordering::Relaxed) + bytes <= ROOM;
-        if !is_room {
-            self.bytes.fetch_sub(bytes, Ordering::Relaxed);
-        }
-        is_room
+    fn forget_where(&self, is_it: &dyn Fn(&Beginning) -> bool) {
+        let mut bytes = 0;
+        locked(&self.trees).retain(|beginning, tree| {
+            let goes = is_it(beginning);
+            bytes += if goes { locked(tree).bytes() } else { 0 };
+            !goes
+        });
+        locked(&self.shown).retain(|(beginning, ..), _| !is_it(beginning));
+        self.room.give_back(bytes);
+    }
+}
+
+impl Drop for Memo<'_> {
+    fn drop(&mut self) {
+        self.forget_where(&|_| true);
     }
 }
 
@@ -205,7 +229,7 @@ impl Cursor<'_> {
 
     /// Keeps what was just performed, if there is room; returns where the episode now stands.
     fn keep(&self, action: Action, performed: &Performed) -> Stand {
-        if self.stand == Stand::Off || !self.memo.has_room_for(&self.episode) {
+        if self.stand == Stand::Off || !self.memo.room.take(self.episode.bytes()) {
             return Stand::Off;
         }
         let mut tree = locked(&self.tree);

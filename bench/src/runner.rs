@@ -16,7 +16,7 @@ use crate::cost::Subject;
 use crate::error::BenchError;
 use crate::evaluation::Evaluation;
 use crate::ledger::Ledger;
-use crate::memo::Memo;
+use crate::memo::{Memo, Room};
 use crate::plan::{CostGroup, Family, Group, Plan, Sequence};
 use crate::record::{Identity, Key, Record, count};
 use crate::spending::{RunPhase, Spending};
@@ -76,10 +76,11 @@ impl<'a> Runner<'a> {
     pub fn run(&self) -> Result<(), BenchError> {
         // Costs first, one after another and nothing beside them: they are timed.
         self.plan.costs.iter().try_for_each(|group| self.costs(group))?;
+        let room = Room::default();
         // The longest first, so that no processor is left without work at the end.
         let mut groups: Vec<&Group> = self.plan.groups.iter().collect();
         groups.sort_by_key(|group| std::cmp::Reverse(group.family.beads()));
-        groups.into_iter().par_bridge().try_for_each(|group| self.group(group))
+        groups.into_iter().par_bridge().try_for_each(|group| self.group(group, &room))
     }
 
     fn write(&self, record: Record) -> Result<(), BenchError> {
@@ -122,7 +123,8 @@ impl<'a> Runner<'a> {
     }
 
     /// The runs of one original task, teacher and seed that are left.
-    fn group(&self, group: &Group) -> Result<(), BenchError> {
+    fn group(&self, group: &Group, room: &Room) -> Result<(), BenchError> {
+        let memo = Memo::new(room);
         let conditions = Conditions {
             protocol: &self.plan.protocol,
             teacher: &group.teacher,
@@ -131,7 +133,7 @@ impl<'a> Runner<'a> {
             interrupted: self.interrupted,
             archive: self.archive,
             task: &group.family.original.task,
-            memo: &Memo::default(),
+            memo: &memo,
             spending: self.spending,
             phase: RunPhase::Teach,
         };
