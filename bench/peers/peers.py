@@ -6,7 +6,8 @@
 The libraries are hmmlearn, the crate hmmlearn-rs, scikit-learn, numpy and MuJoCo. Each case makes its numbers from a
 seed. The Rust sides (bench/examples/peers, and bench/peers/hmmlearn_rs for the crate) read them from files. First all
 sides compute the case once and their values must agree; otherwise the script names the first number that does not and
-ends with exit status 1. Then they take turns, the peers and ours, for some rounds, each on one thread; a round's time is the
+ends with exit status 1. Then they take turns, the peers and ours, for some rounds, each on one thread; a round's
+time is the
 median of its runs, and its ratio is the peer's time over ours. Where a peer has several ways to the same values, all
 are checked, and the fastest of them is timed. For the fit of 500 sequences, the same rounds also measure the peak of
 the core.

@@ -16,6 +16,10 @@ def short(value: float | None) -> str:
     return table.digits(value)
 
 
+def line(names: list[str], values: list[float | None]) -> str:
+    return f"| {' | '.join([*names, *map(short, values)])} |"
+
+
 def markdown(scenes: list[Result], known: list[Oracle], about: dict[str, str], command: str) -> str:
     lines = [
         "## Physics: MuJoCo beside our world", "", f"Made by `{command}`; do not edit.", "",
@@ -82,9 +86,8 @@ def compared(scenes: list[Result]) -> list[str]:
     ]
     for scene in scenes:
         for name, ours in scene.ours.items():
-            peers = " | ".join(short(trial.figures[name]) for trial in scene.chosen)
-            limit = limits(scene.scene.name).get(name)
-            lines.append(f"| {scene.scene.title} | {name} | {peers} | {short(ours)} | {short(limit)} |")
+            peers = [trial.figures[name] for trial in scene.chosen]
+            lines.append(line([scene.scene.title, name], [*peers, ours, limits(scene.scene.name).get(name)]))
     return [*lines, ""]
 
 
@@ -96,8 +99,7 @@ def on_paper(known: list[Oracle]) -> list[str]:
         "| figure | paper | MuJoCo, 1/240 s | MuJoCo, 2 ms | ours |", "| --- | ---: | ---: | ---: | ---: |",
     ]
     for oracle in known:
-        peers = " | ".join(short(peer) for peer in oracle.peers)
-        lines.append(f"| {oracle.name} | {short(oracle.paper)} | {peers} | {short(oracle.ours)} |")
+        lines.append(line([oracle.name], [oracle.paper, *oracle.peers, oracle.ours]))
     return [*lines, ""]
 
 

@@ -81,9 +81,11 @@ impl<'a> Conditions<'a> {
         until: Until,
     ) -> Result<Evaluation, BenchError> {
         let mut evaluation = Evaluation::none(0);
-        while (until == Until::Done || self.is_within_reach(&evaluation))
-            && self.evaluate_on(model, setting, round, &mut evaluation)?
-        {}
+        while until == Until::Done || self.is_within_reach(&evaluation) {
+            if !self.evaluate_on(model, setting, round, &mut evaluation)? {
+                break;
+            }
+        }
         Ok(evaluation)
     }
 

@@ -211,7 +211,7 @@ impl Cursor<'_> {
     }
 
     /// Performs a primitive: by `perform`, where the memo does not have it.
-    pub fn perform(&mut self, action: Action, perform: impl FnOnce(&mut Episode) -> Performed) -> Performed {
+    pub fn perform(&mut self, action: Action, perform: impl FnOnce(&mut Episode, &Action) -> Performed) -> Performed {
         let known = {
             let tree = locked(&self.tree);
             let index = tree.find(self.stand, &action);
@@ -222,7 +222,7 @@ impl Cursor<'_> {
             (self.stand, self.episode) = (Stand::Step(index), episode);
             return performed;
         }
-        let performed = perform(Arc::make_mut(&mut self.episode));
+        let performed = perform(Arc::make_mut(&mut self.episode), &action);
         self.stand = self.keep(action, &performed);
         performed
     }
@@ -262,5 +262,73 @@ impl Cursor<'_> {
             locked(&self.memo.shown).insert(key, Arc::clone(&shown));
         }
         Ok(shown)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use situ::demonstration::{Gripper, Pose};
+    use situ_tasks::{Plant, Registry};
+
+    use super::*;
+
+    fn action(heights: &[f64], patience: Option<u32>) -> Action {
+        let pose = |height: &f64| Pose::translation(0.0, 0.0, *height);
+        let keyframe =
+            |height: &f64| RelativeKeyframe { pose: pose(height), gripper: Gripper::Opening(0.06), hold: 0.1 };
+        Action { reference: "red_1".into(), keyframes: heights.iter().map(keyframe).collect(), patience }
+    }
+
+    /// Performs the keyframes over the middle of the table, and says that the guard was met or was not.
+    fn perform(episode: &mut Episode, action: &Action, guarded: bool) -> Performed {
+        for keyframe in &action.keyframes {
+            episode.perform(&keyframe.pose, None, keyframe.hold, &mut |_| {});
+        }
+        Performed { ended: None, guarded, missed: 0 }
+    }
+
+    #[test]
+    fn what_was_performed_is_not_performed_again_and_nothing_else_is_taken_for_it() {
+        let registry = Registry::builtin().unwrap().with_plant(Plant::Hand);
+        let setting = registry.get("sort_blocks").unwrap().variation(None).unwrap();
+        let room = Room::default();
+        let memo = Memo::new(&room);
+        let start = |known: bool| {
+            let beginning = Beginning { setting: setting.label(), round: 0, index: 0 };
+            let make = || match known {
+                false => Ok(Some(Episode::start(&setting, 1)?)),
+                true => panic!("the start is known"),
+            };
+            memo.start(beginning, make).unwrap().unwrap()
+        };
+        let (over, under) = (action(&[0.3, 0.25], None), action(&[0.2], None));
+        let mut first = start(false);
+        for action in [&over, &under] {
+            first.perform(action.clone(), |episode, action| perform(episode, action, true));
+        }
+        assert_eq!((first.steps().replayed, room.taken.load(Ordering::Relaxed) > 0), (0, true));
+        let mut again = start(true);
+        for action in [&over, &under] {
+            again.perform(action.clone(), |_, _| panic!("it is known"));
+        }
+        assert_eq!((again.steps().simulated, again.steps().replayed), (0, first.episode().steps()));
+        assert_eq!(again.episode().observe(), first.episode().observe());
+        // Another primitive, another order, and a teacher who watches the guard are all new; and from what is known on,
+        // the simulation goes on as if all of it had been simulated.
+        let watched = action(&[0.3, 0.25], Some(0));
+        let other = action(&[0.3, 0.24], None);
+        for new in [&under, &watched, &other] {
+            let (mut cursor, mut is_performed) = (start(true), false);
+            cursor.perform(new.clone(), |episode, action| {
+                is_performed = true;
+                perform(episode, action, false)
+            });
+            let mut alone = Episode::start(&setting, 1).unwrap();
+            perform(&mut alone, new, false);
+            assert!(is_performed);
+            assert_eq!(cursor.episode().observe(), alone.observe());
+        }
+        memo.forget(&setting.label());
+        assert_eq!(room.taken.load(Ordering::Relaxed), 0, "the room is given back");
     }
 }

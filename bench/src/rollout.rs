@@ -119,8 +119,7 @@ pub fn rollout(
         }
         primitives.push((child, probability));
         let action = Action { reference: reference.clone(), keyframes, patience: watch.patience() };
-        let keyframes = action.keyframes.clone();
-        let performed = cursor.perform(action, |episode| perform(episode, watch, &reference, &frame, &keyframes));
+        let performed = cursor.perform(action, |episode, action| perform(episode, watch, action, &frame));
         watch.missed += performed.missed;
         if let Some(reason) = performed.ended {
             interrupted = Some(node);
@@ -138,15 +137,9 @@ pub fn rollout(
 }
 
 /// Performs one primitive.
-fn perform(
-    episode: &mut Episode,
-    watch: Watch,
-    reference: &str,
-    frame: &Pose,
-    keyframes: &[RelativeKeyframe],
-) -> Performed {
+fn perform(episode: &mut Episode, watch: Watch, action: &Action, frame: &Pose) -> Performed {
     let mut guards = Guards { watch, met: false };
-    let ended = go_through(episode, &mut guards, reference, frame, keyframes);
+    let ended = go_through(episode, &mut guards, &action.reference, frame, &action.keyframes);
     Performed { ended, guarded: guards.met, missed: guards.watch.missed - watch.missed }
 }
 

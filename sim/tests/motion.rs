@@ -3,7 +3,9 @@
 mod common;
 
 use common::{block, pitched, standing};
-use situ_sim::{ABORT_FORCE, Bin, DT, GUARD_FORCE, MAX_SPEED, MAX_TURN, MotionEnd, Pose, World};
+use situ_sim::{
+    ABORT_FORCE, Bin, CONTACT_SPEED, DT, GUARD_FORCE, GripperCommand, MAX_SPEED, MAX_TURN, MotionEnd, Pose, World,
+};
 
 #[test]
 fn a_free_motion_arrives_within_its_limits() {
@@ -23,6 +25,42 @@ fn a_free_motion_arrives_within_its_limits() {
         let (off, turned) = common::apart(&target, &world.tcp());
         assert!(off < 1e-6 && turned < 1e-3, "{off} m, {turned} rad off the target");
         assert!((world.opening() - 0.05).abs() < 1e-3);
+    }
+}
+
+#[test]
+fn a_hand_is_fast_far_from_things_and_slow_near_them() {
+    let mut world = World::new();
+    world.place_gripper(standing(0.0, 0.0, 0.5, 0.0), 0.06);
+    let mut before = world.tcp();
+    let (mut fastest, mut lowest_fast) = (0.0_f64, f64::INFINITY);
+    let end = world.move_hand(standing(0.0, 0.0, 0.02, 0.0), &mut |world| {
+        let speed = (world.tcp().translation.vector - before.translation.vector).norm() / DT;
+        fastest = fastest.max(speed);
+        if speed > CONTACT_SPEED + 2e-3 {
+            lowest_fast = lowest_fast.min(world.tcp().translation.z);
+        }
+        before = world.tcp();
+    });
+    assert_eq!(end, MotionEnd::Reached);
+    // The tips reach 12 mm below the tool centre point, and what is 20 mm from them is near.
+    assert!(fastest > 3.0 * CONTACT_SPEED && lowest_fast > 0.012 + 0.02, "{fastest} m/s, {lowest_fast} m");
+}
+
+#[test]
+fn a_grip_ends_when_the_fingers_rest() {
+    for (command, opening) in
+        [(GripperCommand::Close(20.0), 0.04), (GripperCommand::Open(0.07), 0.07), (GripperCommand::Open(0.06), 0.06)]
+    {
+        let mut world = World::new();
+        world.add(block("cube", [0.02; 3], 1000.0, 0.6), standing(0.0, 0.0, 0.02, 0.0)).unwrap();
+        world.place_gripper(standing(0.0, 0.0, 0.02, 0.0), 0.06);
+        world.settle(0.1);
+        let begins = world.time();
+        world.grip(command, &mut |_| {});
+        let seconds = world.time() - begins;
+        assert!((0.04..0.3).contains(&seconds), "{command:?}: {seconds} s");
+        assert!((world.opening() - opening).abs() < 1e-3, "{command:?}: {} m", world.opening());
     }
 }
 

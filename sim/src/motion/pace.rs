@@ -109,8 +109,8 @@ impl Leg {
 /// The course of a route in time. The hand rests at both ends, and each piece keeps its limits of speed and
 /// acceleration.
 ///
-/// Among the courses of constant acceleration within these limits it is the shortest, found by one pass forwards and
-/// one backwards over the pieces (Kunz and Stilman 2012, section 4, for a path that is given in pieces).
+/// It is the shortest such course: one pass forwards over the pieces keeps to the acceleration, one backwards to the
+/// braking.
 #[derive(Debug, Clone)]
 pub(crate) struct Pace {
     /// The pieces that are not empty, each with its index.
