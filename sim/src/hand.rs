@@ -4,12 +4,16 @@
 //! software, as one spindle couples the jaws of a real gripper. When they close, their common target is the *mean*
 //! position of the fingers less F/k, so both press with F. The stiffness k holds the difference of the two: uncoupled
 //! fingers drift sideways by a centimetre.
+//!
+//! Where nothing is near the fingers there is nothing to press on, and the palm carries them: they are kinematic, move
+//! along their rails at the speed of the motors' target, and cost the solver nothing. They are dynamic again with the
+//! step after the broad phase finds a neighbour, which is before anything touches them.
 
 use nalgebra::{Translation3, Vector3};
 use rapier3d::geometry::{Group, InteractionGroups, InteractionTestMode};
 use rapier3d::prelude::{
     ActiveCollisionTypes, ColliderBuilder, ColliderHandle, GenericJointBuilder, ImpulseJointHandle, JointAxesMask,
-    JointAxis, MotorModel, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, RigidBodyPosition, Vector,
+    JointAxis, MotorModel, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, RigidBodyPosition, RigidBodyType, Vector,
 };
 use serde::{Deserialize, Serialize};
 
@@ -36,6 +40,8 @@ const STIFFNESS: f64 = 2e4;
 const DAMPING: f64 = 200.0;
 /// Speed of the motors' target, m/s for each finger.
 const FINGER_SPEED: f64 = 0.15;
+/// The motors' target moves by so much in a step, metres.
+const FINGER_STEP: f64 = FINGER_SPEED * DT;
 /// A motor's limit as a multiple of the squeeze asked for: room to centre an object that lies to one side.
 const FORCE_HEADROOM: f64 = 3.0;
 /// A motor's limit while opening, newtons.
@@ -46,6 +52,8 @@ const OPEN_WITHIN: f64 = 1e-3;
 const PALM_GIVES: f64 = 0.003;
 /// Time constant of the low-passed contact forces, in steps.
 const SMOOTHING_STEPS: f64 = 12.0;
+/// After so many steps without a neighbour the palm carries the fingers: a twentieth of a second.
+const ALONE_STEPS: u32 = 12;
 /// Hand and arm collide with everything but each other.
 const HAND_GROUP: Group = Group::GROUP_2;
 
@@ -64,6 +72,8 @@ pub(crate) struct Hand {
     ramp: f64,
     /// Mean distance of the pads from the middle before the last step, metres.
     mean: f64,
+    /// Steps since anything was near a finger; from [`ALONE_STEPS`] on the palm carries them.
+    alone: u32,
     /// Low-passed force of the surroundings on the hand, newtons; a squeeze cancels.
     force: Vector3<f64>,
 }
@@ -78,15 +88,13 @@ impl Hand {
             ColliderBuilder::cuboid(half[0], half[1], half[2])
                 .friction(HAND_FRICTION)
                 .collision_groups(hand_groups())
+                .active_collision_types(ActiveCollisionTypes::all())
                 .user_data(Tag::Hand.encode())
         };
         let gap = 0.5 * STROKE;
         let palm_pose = tcp * Translation3::new(0.0, 0.0, PALM_ABOVE_TCP);
-        let (palm, palm_collider) = physics.insert(
-            RigidBodyBuilder::kinematic_position_based().pose(to_engine(&palm_pose)),
-            collider(PALM_HALF)
-                .active_collision_types(ActiveCollisionTypes::default() | ActiveCollisionTypes::KINEMATIC_FIXED),
-        );
+        let (palm, palm_collider) = physics
+            .insert(RigidBodyBuilder::kinematic_position_based().pose(to_engine(&palm_pose)), collider(PALM_HALF));
         let [(left, left_collider, left_rail), (right, right_collider, right_rail)] = SIDE.map(|side| {
             let (finger, finger_collider) = physics.insert(
                 RigidBodyBuilder::dynamic()
@@ -120,6 +128,7 @@ impl Hand {
             command: GripperCommand::Open(2.0 * gap),
             ramp: gap,
             mean: gap,
+            alone: 0,
             force: Vector3::zeros(),
         }
     }
@@ -206,6 +215,27 @@ impl Hand {
         let next_position = to_engine_near(&goal, palm.position());
         palm.set_next_kinematic_position(next_position);
         let position = *palm.position();
+        let gaps = self.gaps(physics);
+        let mean = mean(gaps);
+        // The motors damp the difference of the fingers and not their common motion. If that were damped too, a gentle
+        // squeeze would arrive too late.
+        let speed = ((mean - self.mean) / DT).clamp(-FINGER_SPEED, FINGER_SPEED);
+        self.mean = mean;
+        let (target, speed, limit) = match self.command {
+            GripperCommand::Open(width) => {
+                self.ramp += (0.5 * width - self.ramp).clamp(-FINGER_STEP, FINGER_STEP);
+                (self.ramp, 0.0, OPENING_FORCE)
+            }
+            GripperCommand::Close(force) => {
+                let reach = force / STIFFNESS;
+                self.ramp = (self.ramp - FINGER_STEP).max(-reach);
+                (self.ramp.max(mean - reach), speed, FORCE_HEADROOM * force)
+            }
+        };
+        self.watch(physics);
+        if self.carries() {
+            return self.carry(physics, gaps);
+        }
         // The fingers do not turn by forces. They turn with the palm, and have its rate of turning.
         let turning =
             RigidBodyPosition { position, next_position }.interpolate_velocity(1.0 / DT as f32, Vector::ZERO).angvel;
@@ -214,28 +244,43 @@ impl Hand {
             body.set_rotation(position.rotation, false);
             body.set_angvel(turning, false);
         }
-        let mean = mean(self.gaps(physics));
-        // The motors damp the difference of the fingers and not their common motion. If that were damped too, a gentle
-        // squeeze would arrive too late.
-        let speed = ((mean - self.mean) / DT).clamp(-FINGER_SPEED, FINGER_SPEED);
-        self.mean = mean;
-        let step = FINGER_SPEED * DT;
-        let (target, speed, limit) = match self.command {
-            GripperCommand::Open(width) => {
-                self.ramp += (0.5 * width - self.ramp).clamp(-step, step);
-                (self.ramp, 0.0, OPENING_FORCE)
-            }
-            GripperCommand::Close(force) => {
-                let reach = force / STIFFNESS;
-                self.ramp = (self.ramp - step).max(-reach);
-                (self.ramp.max(mean - reach), speed, FORCE_HEADROOM * force)
-            }
-        };
         for rail in self.rails {
             if let Some(rail) = physics.impulse_joints.get_mut(rail, false) {
                 rail.data.set_motor(JointAxis::LinX, target as f32, speed as f32, STIFFNESS as f32, DAMPING as f32);
                 rail.data.set_motor_max_force(JointAxis::LinX, limit as f32);
             }
+        }
+    }
+
+    /// Whether the palm carries the fingers.
+    fn carries(&self) -> bool {
+        self.alone >= ALONE_STEPS
+    }
+
+    /// Looks whether anything is near the fingers, and makes them kinematic or dynamic where that changes.
+    fn watch(&mut self, physics: &mut PhysicsWorld) {
+        let carried = self.carries();
+        let [_, fingers @ ..] = self.colliders;
+        let near = fingers.iter().any(|&finger| physics.contact_pairs_with(finger).next().is_some());
+        self.alone = if near { 0 } else { self.alone.saturating_add(1) };
+        if self.carries() != carried {
+            let kind = if carried { RigidBodyType::Dynamic } else { RigidBodyType::KinematicPositionBased };
+            for (finger, rail) in self.fingers.into_iter().zip(self.rails) {
+                physics.bodies[finger].set_body_type(kind, true);
+                if let Some(rail) = physics.impulse_joints.get_mut(rail, true) {
+                    rail.data.set_enabled(carried);
+                }
+            }
+        }
+    }
+
+    /// Moves carried fingers along their rails towards the ramp, and with the palm.
+    fn carry(&self, physics: &mut PhysicsWorld, gaps: [f64; 2]) {
+        for ((finger, side), gap) in self.fingers.iter().zip(SIDE).zip(gaps) {
+            let gap = (gap + (self.ramp - gap).clamp(-FINGER_STEP, FINGER_STEP)).clamp(0.0, STROKE);
+            let body = &mut physics.bodies[*finger];
+            let next = to_engine_near(&(self.target * finger_offset(side, gap)), body.position());
+            body.set_next_kinematic_position(next);
         }
     }
 
@@ -341,5 +386,83 @@ impl Guard {
     pub(crate) fn check(&self) -> Result<(), SimError> {
         within(HAND, "the force of an abort must be more than 0 and at most 1000 N", &[self.abort], 1e-3, MAX_GUARD)?;
         within(HAND, "the guard must be more than 0 N and not above the abort", &[self.rise], 1e-3, self.abort)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::{pose_at, rotation_about};
+    use crate::shape::Block;
+    use crate::world::World;
+    use proptest::prelude::*;
+
+    /// A block of 4 cm that stands at `[x, y]`, turned by `yaw`, and an open gripper above the middle of the table.
+    fn scene(at: [f64; 2], yaw: f64) -> World {
+        let mut world = World::new();
+        let block = Block { half: [0.02; 3], density: 800.0, friction: 0.6 };
+        world
+            .add(block.object("block"), pose_at([at[0], at[1], 0.0201], rotation_about([0.0, 0.0, 1.0], yaw)))
+            .unwrap();
+        world.place_gripper(pose_at([0.0, 0.0, 0.2], Default::default()), 0.07);
+        world
+    }
+
+    /// Fingers that are carried while something presses on them, or that are not where the rails let them be.
+    fn astray(world: &World) -> Option<String> {
+        let (hand, physics) = (&world.hand, &world.physics);
+        let [_, fingers @ ..] = hand.colliders;
+        let touched =
+            |finger: &ColliderHandle| physics.contact_pairs_with(*finger).any(|pair| pair.has_any_active_contact());
+        if hand.carries() && fingers.iter().any(touched) {
+            return Some("carried fingers are touched".to_owned());
+        }
+        let gaps = hand.gaps(physics);
+        if gaps.iter().any(|gap| !(-1e-3..=STROKE + 1e-3).contains(gap)) {
+            return Some(format!("the pads are {gaps:?} m from the middle"));
+        }
+        let palm = physics.bodies[hand.palm].position();
+        let height = f64::from(palm.inverse_transform_point(physics.bodies[hand.fingers[0]].translation()).z);
+        let off = height - (FINGER_ABOVE_TCP - PALM_ABOVE_TCP);
+        (off.abs() > 1e-3).then(|| format!("a finger is {off} m off its rail"))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+
+        /// Wherever the hand goes and whatever it comes upon, fingers are carried only while nothing touches them, and
+        /// they stay on their rails.
+        #[test]
+        fn fingers_are_carried_only_where_nothing_touches_them(
+            (x, y) in (-0.1..0.1f64, -0.1..0.1f64),
+            yaw in -1.5..1.5f64,
+            ways in prop::collection::vec(
+                ((-0.15..0.15f64, -0.15..0.15f64, 0.0..0.25f64), -1.5..1.5f64, any::<bool>()), 1..6),
+        ) {
+            let mut world = scene([x, y], yaw);
+            let mut wrong = None;
+            for ((x, y, z), yaw, close) in ways {
+                let target = pose_at([x, y, z], rotation_about([0.0, 0.0, 1.0], yaw));
+                let observer = &mut |world: &World| wrong = wrong.take().or_else(|| astray(world));
+                world.move_hand(target, observer);
+                let gripper = if close { GripperCommand::Close(15.0) } else { GripperCommand::Open(0.07) };
+                world.grip(gripper, observer);
+            }
+            prop_assert_eq!(wrong, None);
+        }
+    }
+
+    #[test]
+    fn carried_fingers_close_at_their_speed_and_meet_in_the_middle() {
+        let mut world = scene([0.3, 0.3], 0.0);
+        world.settle(0.1);
+        assert!(world.hand.carries());
+        let before = world.opening();
+        world.command(GripperCommand::Close(10.0));
+        world.settle(0.1);
+        let closed = before - world.opening();
+        assert!((closed - 2.0 * 0.1 * FINGER_SPEED).abs() < 1e-5, "closed by {closed} m in a tenth of a second");
+        world.settle(0.5);
+        assert!(world.hand.carries() && world.opening().abs() < 1e-5, "{} m apart", world.opening());
     }
 }
