@@ -31,7 +31,7 @@ from scenes import FINGER_ABOVE, FINGER_HALF, OUR_STEP, ORACLES, PALM_ABOVE, PAL
 from values import Disagreement
 
 PATIENCE = 1.3
-ON_PATH = 5e-4
+ON_PATH = 1e-3
 """How far what MuJoCo's servos move may be from our path, metres."""
 LIMITS: dict[str, dict[str, float]] = {
     "stack": {"deepest overlap, mm": 0.5, "drift, mm": 1.0, "lean, °": 1.0,

@@ -1,4 +1,4 @@
-//! The memory of a task model grows in proportion to its nodes.
+//! The memory of a task model grows in proportion to its nodes, and what a copy of an episode takes is what it says.
 //!
 //! ```text
 //! cargo test -p situ-bench --release --test memory -- --ignored --nocapture     # ten thousand nodes
@@ -10,6 +10,7 @@ use situ::edit::Edit;
 use situ::method;
 use situ_bench::cost::Subject;
 use situ_bench::synthetic::Parameters;
+use situ_tasks::{Episode, Registry};
 
 const MEGABYTE: f64 = 1e6;
 
@@ -43,6 +44,20 @@ fn memory_grows_with_the_nodes_and_an_update_needs_no_more_in_a_greater_model() 
     let growth = great as f64 / small as f64;
     assert!((8.0..12.0).contains(&growth), "ten times the nodes take {growth} times the memory");
     assert!(in_great < 2 * in_small, "{in_great} bytes for an update, {in_small} in the smaller model");
+}
+
+/// The memo of a run keeps copies of episodes up to so many bytes, by what they say themselves.
+#[test]
+fn a_copy_of_an_episode_takes_about_what_it_says() {
+    let registry = Registry::builtin().unwrap();
+    for task in registry.tasks() {
+        let episode = Episode::start(&task.variation(None).unwrap(), 1).unwrap();
+        let mut copy = None;
+        let taken = measure(|| copy = Some(episode.clone())).bytes_current as f64;
+        let said = episode.bytes() as f64;
+        println!("{}: {said} bytes said, {taken} taken", task.name());
+        assert!((0.7..1.3).contains(&(said / taken)), "{}: {said} bytes said, {taken} taken", task.name());
+    }
 }
 
 #[test]

@@ -189,11 +189,11 @@ impl World {
     /// About how many bytes a copy of the world takes.
     pub fn bytes(&self) -> usize {
         /// A body with its collider and their places in the engine's trees and lists.
-        const BODY: usize = 2000;
+        const BODY: usize = 1500;
         /// A further collider of a body.
-        const COLLIDER: usize = 1000;
+        const COLLIDER: usize = 750;
         /// Two colliders that are near each other, with their contacts.
-        const PAIR: usize = 1000;
+        const PAIR: usize = 400;
         let physics = &self.physics;
         BODY * physics.bodies.len()
             + COLLIDER * physics.colliders.len()

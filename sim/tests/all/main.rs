@@ -1,0 +1,13 @@
+//! All tests of the simulator in one program: what is generic is compiled once, and all cores are busy to the end.
+
+mod arm;
+mod camera;
+mod common;
+mod grasp;
+mod lid;
+mod motion;
+mod pour;
+mod push;
+mod scene;
+mod slide;
+mod snapshot;

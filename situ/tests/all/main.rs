@@ -1,0 +1,15 @@
+//! The tests of the learner in one program, but for the one that counts allocations.
+
+mod bp_ar_hmm;
+mod common;
+mod decisions;
+mod direct;
+mod itmcd;
+mod kernels;
+mod listing;
+mod methods;
+mod reference;
+mod refinement;
+mod refusals;
+mod structure;
+mod update;

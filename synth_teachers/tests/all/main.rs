@@ -1,0 +1,4 @@
+//! All tests of the teachers in one program.
+
+mod profiles;
+mod teachers;
