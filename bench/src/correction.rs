@@ -16,12 +16,13 @@ use crate::conditions::Conditions;
 use crate::cost;
 use crate::ended::Ended;
 use crate::error::BenchError;
-use crate::evaluation::{Evaluation, Until};
+use crate::evaluation::Evaluation;
 use crate::lesson::Lesson;
 use crate::memo::Cursor;
-use crate::record::{CorrectionRecord, RunRecord, StepSummary, TotalEffort, count};
+use crate::record::{CorrectionRecord, Rate, RunRecord, StepSummary, TotalEffort, count};
 use crate::rollout::{Rollout, Watched};
 use crate::spending::{RunPhase, Steps};
+use crate::starts::Starts;
 use crate::stop::{self, StopPoint};
 use crate::teaching::ATTEMPTS;
 
@@ -42,11 +43,19 @@ struct Failure<'a> {
     interrupted: Option<NodeId>,
 }
 
-/// A failure, the teacher's demonstration from there, and its effort.
+/// A failure, the teacher's demonstration from there, and the effort of it and of all tries before it that failed.
 struct Shown<'a> {
     failure: Failure<'a>,
     demonstration: Demonstration,
     effort: TotalEffort,
+}
+
+/// How the corrections came to an end.
+pub struct Corrected {
+    /// The evaluation that decided about it.
+    pub(crate) last: Evaluation,
+    /// Whether there was no failure from which the teacher could show the way.
+    pub(crate) gave_up: bool,
 }
 
 impl<'a> Robot<'a> {
@@ -109,15 +118,15 @@ impl<'a> Robot<'a> {
             nodes_merged: count(made.nodes_merged),
             steps: trace.steps.iter().map(StepSummary::from).collect(),
             counters: trace.counters,
-            after: None,
+            decided_by: Rate::default(),
             update_seconds,
         })
     }
 }
 
 impl<'a> Conditions<'a> {
-    /// Corrects the robot on a setting until the target is reached or the budget is used up. `before` is its evaluation
-    /// there. The effort is added to the run. Returns the last evaluation.
+    /// Corrects the robot on a setting until the target is reached or the budget is used up. `before` is the evaluation
+    /// that called for it. The effort is added to the run.
     ///
     /// # Errors
     /// An error of the task, the teacher, the method or the archive; [`BenchError::Interrupted`].
@@ -127,28 +136,27 @@ impl<'a> Conditions<'a> {
         setting: &Arc<Setting>,
         before: &Evaluation,
         run: &mut RunRecord,
-    ) -> Result<Evaluation, BenchError> {
-        let budget = self.protocol.budget.corrections;
+    ) -> Result<Corrected, BenchError> {
         let mut last = before.clone();
         let mut oracle = Oracle { changed: changed(setting) };
-        for round in 0..budget {
+        for round in 0..self.protocol.budget.demonstrations {
             if self.is_reached(&last) {
                 break;
             }
-            let Some(shown) = self.during(RunPhase::Correct).shown(robot.model(), setting, &mut last, round)? else {
-                // There is no failure from which this teacher can still show the way, so no further correction will
-                // come.
-                last = self.evaluate(robot.model(), setting, round, Until::Done)?;
-                break;
+            let mut failed = TotalEffort::default();
+            let conditions = self.during(RunPhase::Correct);
+            let Some(shown) = conditions.shown(robot.model(), (setting, round), &mut last, &mut failed)? else {
+                run.effort += failed;
+                return Ok(Corrected { last, gave_up: true });
             };
             self.archive_correction(robot, setting, &shown, round)?;
             run.effort += shown.effort;
             let correction =
                 self.during(RunPhase::Correct).spend(|| robot.correct(shown, &mut oracle), |_| Steps::default())?;
-            last = self.evaluate(robot.model(), setting, round + 1, self.until(round, budget))?;
-            run.corrections.push(CorrectionRecord { after: Some(last.rate), ..correction });
+            last = self.decide(robot.model(), setting, round + 1)?;
+            run.corrections.push(CorrectionRecord { decided_by: last.rate, ..correction });
         }
-        Ok(last)
+        Ok(Corrected { last, gave_up: false })
     }
 
     /// Writes a correction into the archive, where there is one.
@@ -168,13 +176,14 @@ impl<'a> Conditions<'a> {
     }
 
     /// The first failure of the last evaluation from which the teacher manages to show the way, and the demonstration.
-    /// Where the evaluation stopped early and none of its failures will do, it goes on until one does.
+    /// Where the evaluation stopped early and none of its failures will do, it goes on until one does. Tries that failed
+    /// are added to `failed`, and are part of the effort of the demonstration.
     fn shown(
         &self,
         model: &dyn Learned,
-        setting: &Arc<Setting>,
+        (setting, round): (&Arc<Setting>, u32),
         last: &mut Evaluation,
-        round: u32,
+        failed: &mut TotalEffort,
     ) -> Result<Option<Shown<'a>>, BenchError> {
         let mut looked_at = 0;
         loop {
@@ -182,11 +191,11 @@ impl<'a> Conditions<'a> {
                 looked_at += 1;
                 self.check_interrupt()?;
                 let Some(failure) = self.watch(model, setting, round, *index)? else { continue };
-                if let Some(shown) = self.shown_from(failure, setting, [round, *index])? {
+                if let Some(shown) = self.shown_from(failure, setting, [round, *index], failed)? {
                     return Ok(Some(shown));
                 }
             }
-            if !self.during(RunPhase::Evaluate).evaluate_on(model, setting, round, last)? {
+            if !self.during(RunPhase::Evaluate).evaluate_on(model, setting, Starts::Round(round), last)? {
                 return Ok(None);
             }
         }
@@ -198,14 +207,17 @@ impl<'a> Conditions<'a> {
         failure: Failure<'a>,
         setting: &Setting,
         [round, index]: [u32; 2],
+        failed: &mut TotalEffort,
     ) -> Result<Option<Shown<'a>>, BenchError> {
         for attempt in 0..ATTEMPTS {
             let seed = self.stream(setting, "correct", &[round, index, attempt]);
             let name = format!("{}-correction-{round}", setting.label());
             let show = |episode| self.demonstrated(&name, Kind::Corrective, episode, seed);
             let shown = failure.cursor.shown(attempt, show)?;
-            if let (true, Some(demonstration)) = (shown.clean, shown.demonstration.clone()) {
-                return Ok(Some(Shown { failure, demonstration, effort: TotalEffort::from(&shown.effort) }));
+            let demonstration = shown.demonstration.clone().filter(|_| shown.clean);
+            *failed += TotalEffort::of_try(&shown.effort, demonstration.is_some());
+            if let Some(demonstration) = demonstration {
+                return Ok(Some(Shown { failure, demonstration, effort: *failed }));
             }
         }
         Ok(None)
@@ -220,7 +232,7 @@ impl<'a> Conditions<'a> {
         round: u32,
         index: u32,
     ) -> Result<Option<Failure<'a>>, BenchError> {
-        let watch = |watched| self.roll_out(model, setting, (round, index), watched);
+        let watch = |watched| self.roll_out(model, setting, (Starts::Round(round), index), watched);
         let onset = self.teacher.onset(self.stream(setting, "onset", &[round, index]));
         let Some((mut rollout, mut cursor)) = watch(Watched::AfterMissing(u32::from(onset == Onset::Late)))? else {
             return Ok(None);

@@ -41,6 +41,8 @@ pub(crate) struct FileKeyframe {
     #[serde(default)]
     pub(crate) hold: f64,
     pub(crate) state: Vec<f64>,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub(crate) announced: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) narration: Option<String>,
 }

@@ -39,6 +39,8 @@
 //!   END.
 //! - `keyframes`: at least one, in order. Each has these keys:
 //!   - `reference`: the object that the keyframe is about. Consecutive keyframes about one object are a segment.
+//!   - `announced`: true where the teacher names the object anew, so that a segment begins although the keyframe before
+//!     is about the same object: a second try, say. False where it is left out.
 //!   - `reference_pose`: the object's pose. Of the poses of one segment the first counts, because the object may move
 //!     with the
 //!     hand.
@@ -164,6 +166,7 @@ fn keyframe(keyframe: &FileKeyframe, schema: &Schema, key: &str) -> Result<Keyfr
         gripper: keyframe.gripper.0,
         hold: keyframe.hold,
         state: state(&keyframe.state, schema, format!("{key}.state"))?,
+        announced: keyframe.announced,
         narration: keyframe.narration.as_deref().map(Into::into),
     })
 }
@@ -324,6 +327,7 @@ pub fn render(demonstration: &Demonstration, schema: &Schema, before: &Before) -
         gripper: FileGripper(keyframe.gripper),
         hold: keyframe.hold,
         state: keyframe.state.values().to_vec(),
+        announced: keyframe.announced,
         narration: keyframe.narration.as_deref().map(str::to_owned),
     };
     let file = FileContent {

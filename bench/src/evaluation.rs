@@ -16,19 +16,11 @@ use crate::memo::{Beginning, Cursor};
 use crate::record::Rate;
 use crate::rollout::{Execute, Rollout, Watched, rollout};
 use crate::spending::Steps;
+use crate::starts::Starts;
 
 /// Rollouts between two looks at whether the target is out of reach. The number is fixed: the rollouts must not
 /// depend on the number of threads.
 const BATCH: u32 = 2;
-
-/// How long an evaluation goes on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Until {
-    /// All rollouts of the protocol, as they are published.
-    Done,
-    /// Until the target is out of reach: between corrections.
-    OutOfReach,
-}
 
 /// A model's rollouts on a setting.
 #[derive(Clone)]
@@ -46,7 +38,8 @@ pub struct Evaluation {
 impl Evaluation {
     /// An evaluation of so many rollouts without a success.
     pub(crate) fn none(rollouts: u32) -> Self {
-        Self { rate: Rate { successes: 0, rollouts }, ended: BTreeMap::new(), failures: Vec::new(), spoilt: false }
+        let rate = Rate { rollouts, ..Rate::default() };
+        Self { rate, ended: BTreeMap::new(), failures: Vec::new(), spoilt: false }
     }
 
     /// Counts a rollout. `None` is a rollout whose start the physics refused.
@@ -58,6 +51,7 @@ impl Evaluation {
         };
         let how = if rollout.success { "success".to_owned() } else { format!("failure: {}", rollout.ended) };
         *self.ended.entry(how).or_default() += 1;
+        self.rate.once += u32::from(rollout.once);
         if rollout.success {
             self.rate.successes += 1;
         } else {
@@ -67,44 +61,46 @@ impl Evaluation {
 }
 
 impl<'a> Conditions<'a> {
-    /// Rolls the model out from fresh starts, which `round` names. An evaluation `until` the target is out of reach
-    /// stops after the batch in which that became certain. It then tells that the model must be corrected further, and
-    /// not how well it does.
+    /// Rolls the model out from the starts of a round, to decide whether the target is met. It stops after the batch in
+    /// which the target went out of reach: it then tells that the model must be corrected further, and not how well it
+    /// does.
     ///
     /// # Errors
     /// An error of the task or the method; [`BenchError::Interrupted`].
-    pub fn evaluate(
-        &self,
-        model: &dyn Learned,
-        setting: &Arc<Setting>,
-        round: u32,
-        until: Until,
-    ) -> Result<Evaluation, BenchError> {
+    pub fn decide(&self, model: &dyn Learned, setting: &Arc<Setting>, round: u32) -> Result<Evaluation, BenchError> {
         let mut evaluation = Evaluation::none(0);
-        while until == Until::Done || self.is_within_reach(&evaluation) {
-            if !self.evaluate_on(model, setting, round, &mut evaluation)? {
-                break;
-            }
-        }
+        while self.is_within_reach(&evaluation)
+            && self.evaluate_on(model, setting, Starts::Round(round), &mut evaluation)?
+        {}
         Ok(evaluation)
     }
 
-    /// Goes on with an evaluation of a round by one batch of rollouts. Returns whether there was one left.
+    /// Rolls the model out from fresh starts, by which nothing is decided: all rollouts of the protocol.
     ///
     /// # Errors
-    /// As [`Conditions::evaluate`].
+    /// As [`Conditions::decide`].
+    pub fn evaluate(&self, model: &dyn Learned, setting: &Arc<Setting>) -> Result<Evaluation, BenchError> {
+        let mut evaluation = Evaluation::none(0);
+        while self.evaluate_on(model, setting, Starts::Fresh, &mut evaluation)? {}
+        Ok(evaluation)
+    }
+
+    /// Goes on with an evaluation by one batch of rollouts. Returns whether there was one left.
+    ///
+    /// # Errors
+    /// As [`Conditions::decide`].
     pub(crate) fn evaluate_on(
         &self,
         model: &dyn Learned,
         setting: &Arc<Setting>,
-        round: u32,
+        starts: Starts,
         evaluation: &mut Evaluation,
     ) -> Result<bool, BenchError> {
         let done = evaluation.rate.rollouts;
         let indices: Vec<u32> = (done..self.protocol.rollouts.min(done + BATCH)).collect();
         let rollouts = indices.par_iter().map(|index| {
             self.check_interrupt()?;
-            let rolled_out = self.roll_out(model, setting, (round, *index), Watched::No)?;
+            let rolled_out = self.roll_out(model, setting, (starts, *index), Watched::No)?;
             Ok(rolled_out.map(|(rollout, _)| rollout))
         });
         let rollouts: Vec<Option<_>> = rollouts.collect::<Result<_, BenchError>>()?;
@@ -120,23 +116,27 @@ impl<'a> Conditions<'a> {
         f64::from(self.protocol.rollouts - failures) >= self.protocol.target * f64::from(self.protocol.rollouts)
     }
 
-    /// A rollout of a round, and the episode as it was left. `None` where the physics refuses the start: that is
+    /// A rollout from one of these starts, and the episode as it was left. `None` where the physics refuses the start: that is
     /// spoilt, and nobody's failure.
     pub(crate) fn roll_out(
         &self,
         model: &dyn Learned,
         setting: &Arc<Setting>,
-        (round, index): (u32, u32),
+        (starts, index): (Starts, u32),
         watched: Watched,
     ) -> Result<Option<(Rollout, Cursor<'a>)>, BenchError> {
         let execute = Execute { execution: self.protocol.execution, confidence: self.protocol.confidence, watched };
-        let mut rng = ChaCha8Rng::seed_from_u64(self.stream(setting, "execute", &[round, index]));
-        let start = || match Episode::start(setting, self.stream(setting, "evaluate", &[round, index])) {
+        let seed = |purpose: &str| {
+            let (purpose, numbers) = starts.stream(purpose, index);
+            self.stream(setting, &purpose, &numbers)
+        };
+        let mut rng = ChaCha8Rng::seed_from_u64(seed("execute"));
+        let start = || match Episode::start(setting, seed("evaluate")) {
             Ok(episode) => Ok(Some(episode)),
             Err(TaskError::Premise { .. }) => Ok(None),
             Err(error) => Err(error.into()),
         };
-        let origin = Beginning { setting: setting.label(), round, index };
+        let origin = Beginning { setting: setting.label(), starts, index };
         let work = || {
             let Some(mut cursor) = self.memo.start(origin, start)? else { return Ok(None) };
             let rollout = rollout(model, &mut cursor, execute, &mut rng)?;
@@ -152,10 +152,5 @@ impl<'a> Conditions<'a> {
     /// Whether the target is met.
     pub(crate) fn is_reached(&self, evaluation: &Evaluation) -> bool {
         f64::from(evaluation.rate.successes) >= self.protocol.target * f64::from(evaluation.rate.rollouts)
-    }
-
-    /// How long the evaluation after a demonstration goes on: to its end after the last demonstration of the budget.
-    pub(crate) fn until(&self, index: u32, budget: u32) -> Until {
-        if index + 1 == budget { Until::Done } else { Until::OutOfReach }
     }
 }

@@ -41,6 +41,7 @@ pub mod runner;
 mod sample;
 pub mod session;
 pub mod spending;
+pub mod starts;
 pub mod stats;
 pub mod stop;
 pub mod synthetic;

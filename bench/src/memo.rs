@@ -15,18 +15,19 @@ use situ_teachers::Shown;
 
 use crate::ended::Ended;
 use crate::error::BenchError;
+use crate::starts::Starts;
 use crate::spending::Steps;
 
 /// Copies of episodes are kept up to so many bytes, in all memos of a room together. Beyond that nothing new is kept.
 const ROOM: usize = 1 << 29;
 
-/// The name of a start: the setting, the round of the evaluation, and the rollout.
+/// The name of a start: the setting, the starts of the evaluation, and the rollout.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Beginning {
     /// The setting's label.
     pub setting: String,
-    /// The round.
-    pub round: u32,
+    /// The starts.
+    pub starts: Starts,
     /// The rollout.
     pub index: u32,
 }
@@ -294,7 +295,7 @@ mod tests {
         let room = Room::default();
         let memo = Memo::new(&room);
         let start = |known: bool| {
-            let beginning = Beginning { setting: setting.label(), round: 0, index: 0 };
+            let beginning = Beginning { setting: setting.label(), starts: Starts::Round(0), index: 0 };
             let make = || match known {
                 false => Ok(Some(Episode::start(&setting, 1)?)),
                 true => panic!("the start is known"),

@@ -107,8 +107,8 @@ impl Plan {
         filter: &Filter,
         registry: &Registry,
         roster: &Roster,
-        first_seed: u64,
     ) -> Result<Self, BenchError> {
+        let first_seed = protocol.first_seed;
         let known: Vec<String> = registry.names().map(str::to_owned).collect();
         let tasks = chosen("task", &filter.tasks, &protocol.tasks, &known)?;
         let methods = chosen("method", &filter.methods, &protocol.methods, &methods_that(|_| true))?;

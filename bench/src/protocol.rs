@@ -16,10 +16,8 @@ pub struct Budget {
     pub least_originals: u32,
     /// Original demonstrations at the most. A seed that needs more is `untaught`.
     pub originals: u32,
-    /// Corrections at the most.
-    pub corrections: u32,
-    /// Full demonstrations of the changed task at the most.
-    pub from_scratch: u32,
+    /// Demonstrations of the changed task at the most: corrections, or full ones to a method that is taught from scratch.
+    pub demonstrations: u32,
 }
 
 /// A series of measurements of update cost on synthetic automata, without physics. One thing varies and the rest is
@@ -99,6 +97,9 @@ pub struct Protocol {
     /// Whether the families' sequences of variations are run, too.
     #[serde(default)]
     pub sequences: bool,
+    /// The first seed. Seeds come in blocks: 1 to 100 to look at, 101 to 199 to accept a change, 201 on to publish.
+    #[serde(default = "Protocol::usual_first_seed")]
+    pub first_seed: u64,
     /// Seeds of each cell.
     pub seeds: u64,
     /// Success rate at which a task counts as taught, above 0 and at most 1.
@@ -132,6 +133,10 @@ const BUILTIN: [(&str, &str); 7] = [
 ];
 
 impl Protocol {
+    fn usual_first_seed() -> u64 {
+        1
+    }
+
     /// The names of the protocols that come with the program.
     pub fn names() -> impl Iterator<Item = &'static str> {
         BUILTIN.into_iter().map(|(name, _)| name)
@@ -195,8 +200,8 @@ impl Protocol {
         if budget.least_originals == 0 || budget.least_originals > budget.originals {
             return refuse("budget.least_originals", "1 or more, and no more than `budget.originals`");
         }
-        if budget.from_scratch == 0 {
-            return refuse("budget.from_scratch", "1 or more");
+        if budget.demonstrations == 0 {
+            return refuse("budget.demonstrations", "1 or more");
         }
         for (key, list) in
             [("tasks", &protocol.tasks), ("teachers", &protocol.teachers), ("methods", &protocol.methods)]

@@ -15,7 +15,7 @@ use situ::trace::{Branch, Counters, MatchedIn, Step};
 use situ_teachers::TeachingEffort;
 
 /// The version of the ledger's lines.
-pub const SCHEMA: u64 = 1;
+pub const SCHEMA: u64 = 2;
 
 /// A line of the ledger.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -145,8 +145,16 @@ pub enum Outcome {
     Reached,
     /// The budget was used up first.
     Censored,
+    /// The teacher gave up before: it counts as the budget.
+    GaveUp {
+        /// The reason.
+        why: String,
+    },
     /// The original task was never learned. Counted apart; it is the same for every method.
-    Untaught,
+    Untaught {
+        /// The reason.
+        why: String,
+    },
     /// Physics failed (a body quarantined, NaN). Counted apart, and never as a failure of the method.
     Spoilt {
         /// The reason.
@@ -157,9 +165,9 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    /// Whether the run says something about the method: it reached the target or used the budget up.
+    /// Whether the run says something about the method: it reached the target or did not.
     pub fn counts(&self) -> bool {
-        matches!(self, Self::Reached | Self::Censored)
+        matches!(self, Self::Reached | Self::Censored | Self::GaveUp { .. })
     }
 }
 
@@ -167,8 +175,10 @@ impl Outcome {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rate {
-    /// Rollouts that succeeded.
+    /// Rollouts at whose end the goal held.
     pub successes: u32,
+    /// Rollouts in which the goal held after some primitive, the last one among them.
+    pub once: u32,
     /// Rollouts.
     pub rollouts: u32,
 }
@@ -177,6 +187,7 @@ impl Sum for Rate {
     fn sum<I: Iterator<Item = Self>>(rates: I) -> Self {
         rates.fold(Self::default(), |sum, rate| Self {
             successes: sum.successes + rate.successes,
+            once: sum.once + rate.once,
             rollouts: sum.rollouts + rate.rollouts,
         })
     }
@@ -185,35 +196,39 @@ impl Sum for Rate {
 impl From<bool> for Rate {
     /// One rollout, and whether it succeeded.
     fn from(is_success: bool) -> Self {
-        Self { successes: u32::from(is_success), rollouts: 1 }
+        Self { successes: u32::from(is_success), once: u32::from(is_success), rollouts: 1 }
     }
 }
 
-/// The effort of teaching: number and length of demonstrations.
+/// The effort of teaching: number and length of demonstrations. A *demonstration* is one that the robot was given; a
+/// *try* is one that the teacher performed, given or not. The lengths are over all tries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TotalEffort {
     /// Demonstrations.
     pub demonstrations: u32,
-    /// Keyframes over all of them.
+    /// Tries.
+    pub tries: u32,
+    /// Keyframes over all tries.
     pub keyframes: u32,
-    /// Simulated seconds over all of them.
+    /// Simulated seconds over all tries.
     pub seconds: f64,
-    /// Path length of the gripper over all of them, metres.
+    /// Path length of the gripper over all tries, metres.
     pub metres: f64,
 }
 
-impl From<&TeachingEffort> for TotalEffort {
-    /// The effort of one demonstration.
-    fn from(effort: &TeachingEffort) -> Self {
+impl TotalEffort {
+    /// The effort of one try, and whether the robot was given it.
+    pub fn of_try(effort: &TeachingEffort, given: bool) -> Self {
         let TeachingEffort { keyframes, seconds, metres } = *effort;
-        Self { demonstrations: 1, keyframes, seconds, metres }
+        Self { demonstrations: u32::from(given), tries: 1, keyframes, seconds, metres }
     }
 }
 
 impl AddAssign for TotalEffort {
     fn add_assign(&mut self, other: Self) {
         self.demonstrations += other.demonstrations;
+        self.tries += other.tries;
         self.keyframes += other.keyframes;
         self.seconds += other.seconds;
         self.metres += other.metres;
@@ -224,9 +239,7 @@ impl AddAssign for TotalEffort {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pooled {
-    /// Success of the corrected model on the changed task, from starts that did not decide about any correction.
-    pub separate: Rate,
-    /// Success of the pooled model, from the same starts.
+    /// Success of the pooled model on the changed task, from the starts of [`RunRecord::after`].
     #[serde(rename = "joint")]
     pub pooled: Rate,
     /// Success of the pooled model on the original task, from the starts of [`RunRecord::retained`].
@@ -243,21 +256,23 @@ pub struct RunRecord {
     pub key: Key,
     /// How it ended.
     pub outcome: Outcome,
+    /// Demonstrations at the most, corrective or from scratch.
+    pub budget: u32,
     /// The effort of teaching the original task.
     pub original: TotalEffort,
-    /// Success of the original model on the changed task.
+    /// Success of the original model on the changed task, from fresh starts: no rollout from them has decided anything.
     pub before: Option<Rate>,
-    /// Success on the changed task at the end.
+    /// Success on the changed task at the end, from the same starts.
     pub after: Option<Rate>,
     /// Corrective (or from-scratch) demonstrations until the target was reached or the budget used up.
     pub effort: TotalEffort,
     /// The corrections in order.
     pub corrections: Vec<CorrectionRecord>,
-    /// How the last evaluation's rollouts ended, by name.
+    /// How the rollouts of `after` ended, by name.
     pub ended: BTreeMap<String, u32>,
-    /// Success on the original task before the corrections.
+    /// Success on the original task before the corrections, from fresh starts.
     pub original_rate: Option<Rate>,
-    /// Success on the original task after the corrections, from the same starts as before.
+    /// Success on the original task after the corrections, from the same starts.
     pub retained: Option<Rate>,
     /// The structure of the corrected model, against what the teacher meant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -337,8 +352,9 @@ pub struct CorrectionRecord {
     pub steps: Vec<StepSummary>,
     /// The exact work of the update.
     pub counters: Counters,
-    /// Success on the changed task after the correction, where it was evaluated.
-    pub after: Option<Rate>,
+    /// The evaluation after the correction, which decided whether another one was asked for. It ends early where the
+    /// target is out of reach, so it is no success rate to publish.
+    pub decided_by: Rate,
     /// Wall-clock seconds of the update: the only clock.
     pub update_seconds: f64,
 }

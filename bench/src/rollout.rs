@@ -81,6 +81,8 @@ pub struct Rollout {
     pub interrupted: Option<NodeId>,
     /// Whether the goal holds in the world as it was left.
     pub success: bool,
+    /// Whether it held there, or after some primitive before.
+    pub once: bool,
     /// The primitives that were begun, with their probabilities.
     pub primitives: Vec<(Place, f64)>,
 }
@@ -99,6 +101,7 @@ pub fn rollout(
     let mut interrupted = None;
     let mut primitives = Vec::new();
     let mut watch = Watch { watched: execute.watched, missed: 0 };
+    let mut once = false;
     let ended = loop {
         let state = observe(cursor.episode());
         let Some((child, probability)) = model.next(last, &state) else { break Ended::NoConfidentChild };
@@ -121,6 +124,7 @@ pub fn rollout(
         let action = Action { reference: reference.clone(), keyframes, patience: watch.patience() };
         let performed = cursor.perform(action, |episode, action| perform(episode, watch, action, &frame));
         watch.missed += performed.missed;
+        once |= cursor.episode().succeeded();
         if let Some(reason) = performed.ended {
             interrupted = Some(node);
             break reason;
@@ -133,7 +137,8 @@ pub fn rollout(
     };
     let episode = cursor.episode();
     let ended = if episode.is_sound() { ended } else { Ended::Spoilt };
-    Ok(Rollout { ended, last, interrupted, success: episode.succeeded(), primitives })
+    let success = episode.succeeded();
+    Ok(Rollout { ended, last, interrupted, success, once: once || success, primitives })
 }
 
 /// Performs one primitive.

@@ -14,9 +14,9 @@ use crate::archive::Archive;
 use crate::conditions::Conditions;
 use crate::cost::Subject;
 use crate::error::BenchError;
-use crate::evaluation::Evaluation;
 use crate::ledger::Ledger;
 use crate::memo::{Memo, Room};
+use crate::session::Uncorrected;
 use crate::plan::{CostGroup, Family, Group, Plan, Sequence};
 use crate::record::{Identity, Key, Record, count};
 use crate::spending::{RunPhase, Spending};
@@ -226,7 +226,7 @@ fn befores<'o>(
     setting: &Arc<Setting>,
     methods: &[&dyn Method],
     originals: &'o Originals<'_>,
-) -> Result<BTreeMap<&'static str, (&'o OriginalTask, Evaluation)>, BenchError> {
+) -> Result<BTreeMap<&'static str, (&'o OriginalTask, Uncorrected)>, BenchError> {
     let mut befores = BTreeMap::new();
     for method in methods {
         if let Entry::Vacant(entry) = befores.entry(method.original()) {

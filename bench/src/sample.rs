@@ -10,9 +10,14 @@ use crate::record::{
     CorrectionRecord, CostRecord, Key, Outcome, Pooled, Rate, Record, RunRecord, Stage, StepSummary, TotalEffort,
 };
 
+/// So many successes of ten.
+fn rate(successes: u32) -> Rate {
+    Rate { successes, once: successes, rollouts: 10 }
+}
+
 fn effort(demonstrations: u32, keyframes: u32) -> TotalEffort {
     let seconds = 4.5 * f64::from(keyframes);
-    TotalEffort { demonstrations, keyframes, seconds, metres: 0.25 * f64::from(keyframes) }
+    TotalEffort { demonstrations, tries: demonstrations, keyframes, seconds, metres: 0.25 * f64::from(keyframes) }
 }
 
 fn correction(edit_made: Edit, applicable: u32, update_seconds: f64) -> CorrectionRecord {
@@ -41,7 +46,7 @@ fn correction(edit_made: Edit, applicable: u32, update_seconds: f64) -> Correcti
             classifier_fits: 2,
             ..Counters::default()
         },
-        after: Some(Rate { successes: 9, rollouts: 10 }),
+        decided_by: rate(9),
         update_seconds,
     }
 }
@@ -61,13 +66,14 @@ fn run(method: &str, seed: u64, outcome: Outcome, demonstrations: u32, made: &[E
             stage: None,
         },
         outcome,
+        budget: 8,
         original: effort(2, 12),
-        before: counts.then_some(Rate { successes: 1, rollouts: 10 }),
-        after: counts.then_some(Rate { successes, rollouts: 10 }),
+        before: counts.then_some(rate(1)),
+        after: counts.then_some(rate(successes)),
         effort: effort(demonstrations, 3 * demonstrations),
         corrections: made.iter().map(|edit| correction(*edit, 1 + seed as u32, 0.002)).collect(),
         ended: BTreeMap::from([("goal".to_owned(), successes), ("time-out".to_owned(), 10 - successes)]),
-        original_rate: Some(Rate { successes: 10, rollouts: 10 }),
+        original_rate: Some(rate(10)),
         retained: None,
         structure: None,
         pooled: None,
@@ -90,11 +96,11 @@ fn structure(nodes: u32, duplicates: u32, missed: u64) -> Structure {
 fn compared(seed: u64) -> Record {
     let mut record = run("situ:literal", seed, Outcome::Reached, 1, &[Edit::NodeAddition]);
     let Record::Run(run) = &mut record else { unreachable!() };
-    let rate = |successes| Rate { successes, rollouts: 10 };
     run.retained = Some(rate(9));
     run.structure = Some(structure(5, 1, 1));
-    let (separate, pooled) = (rate(8), rate(if seed == 0 { 10 } else { 6 }));
-    run.pooled = Some(Pooled { separate, pooled, retained: rate(10), structure: Some(structure(4, 0, 0)) });
+    run.after = Some(rate(8));
+    let pooled = rate(if seed == 0 { 10 } else { 6 });
+    run.pooled = Some(Pooled { pooled, retained: rate(10), structure: Some(structure(4, 0, 0)) });
     record
 }
 
@@ -104,8 +110,8 @@ fn stage() -> Record {
     run.key.variation = "vase".to_owned();
     run.key.edit = Edit::NodeModification;
     run.key.stage = Some(Stage { sequence: "kitchen".to_owned(), number: 2 });
-    run.retained = Some(Rate { successes: 7, rollouts: 10 });
-    run.earlier = BTreeMap::from([("lid".to_owned(), Rate { successes: 3, rollouts: 10 })]);
+    run.retained = Some(rate(7));
+    run.earlier = BTreeMap::from([("lid".to_owned(), rate(3))]);
     Record::Run(run)
 }
 
@@ -135,12 +141,12 @@ pub(crate) fn records() -> Vec<Record> {
         run("situ", 0, Outcome::Reached, 1, &[NodeAddition]),
         run("situ", 1, Outcome::Reached, 2, &[EdgeAddition, NodeAddition]),
         run("situ", 2, Outcome::Spoilt { why: "NaN".to_owned() }, 0, &[]),
-        run("situ", 3, Outcome::Untaught, 0, &[]),
+        run("situ", 3, Outcome::Untaught { why: "2 of 10 rollouts after 6 demonstrations".to_owned() }, 0, &[]),
         run("rebuild", 0, Outcome::Reached, 1, &[NodeAddition]),
         run("rebuild", 1, Outcome::Censored, 5, &[None, None, None, None, NodeAddition]),
         run("from_scratch", 0, Outcome::Reached, 4, &[]),
         run("from_scratch", 1, Outcome::Reached, 8, &[]),
-        run("from_scratch", 3, Outcome::Untaught, 0, &[]),
+        run("from_scratch", 3, Outcome::Untaught { why: "2 of 10 rollouts after 6 demonstrations".to_owned() }, 0, &[]),
         run("no_update", 0, Outcome::NotApplicable, 0, &[]),
         compared(0),
         compared(1),

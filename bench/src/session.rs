@@ -9,10 +9,28 @@ use situ_tasks::Setting;
 use crate::conditions::Conditions;
 use crate::correction::Robot;
 use crate::error::BenchError;
-use crate::evaluation::{Evaluation, Until};
+use crate::evaluation::Evaluation;
 use crate::record::{Key, Outcome, Pooled, Rate, RunRecord, TotalEffort};
 use crate::spending::RunPhase;
 use crate::teaching::OriginalTask;
+
+/// How the original model does on a changed task.
+pub struct Uncorrected {
+    /// The evaluation that decides whether it is corrected.
+    deciding: Evaluation,
+    /// The one that is published.
+    fresh: Evaluation,
+}
+
+/// How the teaching of a run ended.
+struct Taught {
+    /// The evaluation that decided about the end.
+    last: Evaluation,
+    /// The evaluation of what came of it, from fresh starts.
+    fresh: Evaluation,
+    /// Whether the teacher gave up.
+    gave_up: bool,
+}
 
 impl Conditions<'_> {
     /// The original model on the changed task, from which a method starts. Where there is no such model, nothing is
@@ -22,9 +40,15 @@ impl Conditions<'_> {
         task: &OriginalTask,
         setting: &Arc<Setting>,
         method: &dyn Method,
-    ) -> Result<Evaluation, BenchError> {
-        let Some(original) = &task.original else { return Ok(Evaluation::none(0)) };
-        self.evaluate(&*method.take_over(original)?, setting, 0, Until::Done)
+    ) -> Result<Uncorrected, BenchError> {
+        let Ok(original) = &task.original else {
+            return Ok(Uncorrected { deciding: Evaluation::none(0), fresh: Evaluation::none(0) });
+        };
+        self.before_of(&*method.take_over(original)?, setting)
+    }
+
+    fn before_of(&self, model: &dyn Learned, setting: &Arc<Setting>) -> Result<Uncorrected, BenchError> {
+        Ok(Uncorrected { deciding: self.decide(model, setting, 0)?, fresh: self.evaluate(model, setting)? })
     }
 
     /// A run of one method on one setting.
@@ -33,32 +57,51 @@ impl Conditions<'_> {
         setting: &Arc<Setting>,
         method: &dyn Method,
         task: &OriginalTask,
-        before: &Evaluation,
+        before: &Uncorrected,
     ) -> Result<RunRecord, BenchError> {
-        let mut run = begun(self.key(setting, method), task);
+        let mut run = self.begun(self.key(setting, method), task);
         if !method.edits().contains(&run.key.edit) {
             run.outcome = Outcome::NotApplicable;
             return Ok(run);
         }
-        let Some(original) = &task.original else { return Ok(run) };
-        run.before = Some(before.rate);
-        let last = match method.role() {
-            Role::Control => before.clone(),
+        let Ok(original) = &task.original else { return Ok(run) };
+        run.before = Some(before.fresh.rate);
+        let taught = match method.role() {
+            Role::Control => unchanged(before),
             Role::Correct => {
                 let folder = method.name().replace(':', "-");
                 let mut robot = Robot::new(method, original, &task.demonstrations, folder)?;
-                let last = self.correct(&mut robot, setting, before, &mut run)?;
-                run.retained = Some(self.retained(robot.model(), task, !run.corrections.is_empty())?);
+                let taught = self.taught_by_corrections(&mut robot, setting, before, &mut run)?;
+                run.retained = self.retained(robot.model(), task, !run.corrections.is_empty())?;
                 run.structure = robot.structure();
                 if !run.corrections.is_empty() && self.protocol.pooled.iter().any(|name| name == method.name()) {
                     run.pooled = Some(self.during(RunPhase::Pool).pooled(&robot, setting, task)?);
                 }
-                last
+                taught
             }
-            Role::FromScratch => self.during(RunPhase::Teach).teach_anew(setting, method, &mut run.effort)?,
+            Role::FromScratch => {
+                let anew = self.during(RunPhase::Teach).teach_anew(setting, method, &mut run.effort)?;
+                let none = || Ok(Evaluation::none(self.protocol.rollouts));
+                let fresh = anew.model.as_ref().map_or_else(none, |model| self.evaluate(&**model, setting))?;
+                Taught { last: anew.last, fresh, gave_up: anew.gave_up }
+            }
         };
-        self.finish(&mut run, last);
+        self.finish(&mut run, taught);
         Ok(run)
+    }
+
+    /// Corrects a robot, and evaluates what came of it.
+    fn taught_by_corrections(
+        &self,
+        robot: &mut Robot<'_>,
+        setting: &Arc<Setting>,
+        before: &Uncorrected,
+        run: &mut RunRecord,
+    ) -> Result<Taught, BenchError> {
+        let corrected = self.correct(robot, setting, &before.deciding, run)?;
+        let fresh =
+            if run.corrections.is_empty() { before.fresh.clone() } else { self.evaluate(robot.model(), setting)? };
+        Ok(Taught { last: corrected.last, fresh, gave_up: corrected.gave_up })
     }
 
     /// The runs of one method on a sequence of settings. Each begins with the model that the one before left. There are
@@ -77,8 +120,8 @@ impl Conditions<'_> {
         let mut robot = None;
         let mut corrected = false;
         for (index, setting) in settings.iter().enumerate() {
-            let mut run = begun(self.stage_key(name, index, setting, method), task);
-            if let Some(original) = &task.original {
+            let mut run = self.begun(self.stage_key(name, index, setting, method), task);
+            if let Ok(original) = &task.original {
                 let robot = match &mut robot {
                     Some(robot) => robot,
                     None => {
@@ -86,23 +129,24 @@ impl Conditions<'_> {
                         robot.insert(Robot::new(method, original, &task.demonstrations, folder)?)
                     }
                 };
-                let before = self.evaluate(robot.model(), setting, 0, Until::Done)?;
-                run.before = Some(before.rate);
+                let before = self.before_of(robot.model(), setting)?;
+                run.before = Some(before.fresh.rate);
                 // Where the method cannot make the edit, it is not corrected, and the model goes on to the next stage
                 // as it is.
                 let is_applicable = method.edits().contains(&run.key.edit);
-                let last = match method.role() {
-                    _ if !is_applicable => before,
-                    Role::Correct => self.correct(robot, setting, &before, &mut run)?,
-                    Role::FromScratch | Role::Control => before,
+                let taught = match method.role() {
+                    Role::Correct if is_applicable => {
+                        self.taught_by_corrections(robot, setting, &before, &mut run)?
+                    }
+                    Role::Correct | Role::FromScratch | Role::Control => unchanged(&before),
                 };
                 corrected |= !run.corrections.is_empty();
-                run.retained = Some(self.retained(robot.model(), task, corrected)?);
+                run.retained = self.retained(robot.model(), task, corrected)?;
                 for earlier in &settings[..index] {
-                    let evaluation = self.during(RunPhase::Retain).evaluate(robot.model(), earlier, 0, Until::Done)?;
+                    let evaluation = self.during(RunPhase::Retain).evaluate(robot.model(), earlier)?;
                     run.earlier.insert(earlier.variation.clone().unwrap_or_default(), evaluation.rate);
                 }
-                self.finish(&mut run, last);
+                self.finish(&mut run, taught);
                 if !is_applicable {
                     run.outcome = Outcome::NotApplicable;
                 }
@@ -112,59 +156,69 @@ impl Conditions<'_> {
         Ok(runs)
     }
 
-    /// Success on the original task, from the starts of the evaluation after it was learned. A model that was not
-    /// corrected has the same success as then.
-    fn retained(&self, model: &dyn Learned, task: &OriginalTask, corrected: bool) -> Result<Rate, BenchError> {
+    /// Success on the original task, from the fresh starts of before. A model that was not corrected has the same success
+    /// as then.
+    fn retained(&self, model: &dyn Learned, task: &OriginalTask, corrected: bool) -> Result<Option<Rate>, BenchError> {
         if !corrected {
             return Ok(task.rate);
         }
-        Ok(self.during(RunPhase::Retain).evaluate(model, &task.setting, task.round, Until::Done)?.rate)
+        Ok(Some(self.during(RunPhase::Retain).evaluate(model, &task.setting)?.rate))
     }
 
-    /// The comparison with the pooled model, which full retraining makes of the same demonstrations at once. Both
-    /// models meet fresh starts, which did not decide about any correction. Otherwise the corrected model, which was
-    /// corrected until it succeeded, would be favoured.
+    /// The comparison with the pooled model, which full retraining makes of the same demonstrations at once. It meets the
+    /// starts that the corrected model meets, by which nothing was decided.
     fn pooled(&self, robot: &Robot<'_>, setting: &Arc<Setting>, task: &OriginalTask) -> Result<Pooled, BenchError> {
         let pooled = method::pooled();
-        let taken = task.original.as_ref().filter(|_| robot.method().original() == pooled.original());
+        let taken = task.original.as_ref().ok().filter(|_| robot.method().original() == pooled.original());
         let model = taken
             .map_or_else(|| self.learned(&*pooled, &task.demonstrations), |original| Ok(pooled.take_over(original)?))?;
         let model = robot.lesson().taught_to(pooled.name(), model)?;
-        let fresh = self.protocol.budget.corrections + 1;
         Ok(Pooled {
-            separate: self.evaluate(robot.model(), setting, fresh, Until::Done)?.rate,
-            pooled: self.evaluate(&*model, setting, fresh, Until::Done)?.rate,
-            retained: self.retained(&*model, task, true)?,
+            pooled: self.evaluate(&*model, setting)?.rate,
+            retained: self.during(RunPhase::Retain).evaluate(&*model, &task.setting)?.rate,
             structure: robot.lesson().score(&model.graph()),
         })
     }
 
-    fn finish(&self, run: &mut RunRecord, last: Evaluation) {
+    fn finish(&self, run: &mut RunRecord, taught: Taught) {
+        let Taught { last, fresh, gave_up } = taught;
         run.outcome = match () {
-            () if last.spoilt => Outcome::Spoilt { why: "a rollout's physics was no longer sound".to_owned() },
+            () if last.spoilt || fresh.spoilt => {
+                Outcome::Spoilt { why: "a rollout's physics was no longer sound".to_owned() }
+            }
             () if self.is_reached(&last) => Outcome::Reached,
+            () if gave_up => Outcome::GaveUp {
+                why: format!("the teacher could not show the way after {} demonstrations", run.effort.demonstrations),
+            },
             () => Outcome::Censored,
         };
-        run.after = Some(last.rate);
-        run.ended = last.ended;
+        run.after = Some(fresh.rate);
+        run.ended = fresh.ended;
+    }
+
+    /// A run at its beginning. Only the effort of teaching the original task is known.
+    fn begun(&self, key: Key, task: &OriginalTask) -> RunRecord {
+        let why = task.original.as_ref().err().cloned().unwrap_or_default();
+        RunRecord {
+            key,
+            outcome: Outcome::Untaught { why },
+            budget: self.protocol.budget.demonstrations,
+            original: task.effort,
+            before: None,
+            after: None,
+            effort: TotalEffort::default(),
+            corrections: Vec::new(),
+            ended: BTreeMap::new(),
+            original_rate: task.rate,
+            retained: None,
+            structure: None,
+            pooled: None,
+            earlier: BTreeMap::new(),
+        }
     }
 }
 
-/// A run at its beginning. Only the effort of teaching the original task is known.
-fn begun(key: Key, task: &OriginalTask) -> RunRecord {
-    RunRecord {
-        key,
-        outcome: Outcome::Untaught,
-        original: task.effort,
-        before: None,
-        after: None,
-        effort: TotalEffort::default(),
-        corrections: Vec::new(),
-        ended: BTreeMap::new(),
-        original_rate: Some(task.rate),
-        retained: None,
-        structure: None,
-        pooled: None,
-        earlier: BTreeMap::new(),
-    }
+/// Nothing was taught.
+fn unchanged(before: &Uncorrected) -> Taught {
+    Taught { last: before.deciding.clone(), fresh: before.fresh.clone(), gave_up: false }
 }

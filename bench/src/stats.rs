@@ -9,6 +9,9 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
+pub mod paired;
+pub mod sequence;
+
 /// The 97.5th percentile of the standard normal distribution.
 const NORMAL_975: f64 = 1.959_963_984_540_054;
 /// The tails that a 95 % interval leaves out, as probabilities.
@@ -75,15 +78,30 @@ fn percentile(sorted: &[f64], share: f64) -> f64 {
 /// which it is `None` is left out. `None` where there is nothing to resample, and where the statistic of the things
 /// themselves is `None`.
 pub fn bootstrap(n: usize, seed: u64, statistic: impl Fn(&[usize]) -> Option<f64>) -> Option<Estimate> {
+    bootstrap_within(&[n], seed, statistic)
+}
+
+/// The same with strata: each resample draws as many things from each stratum as there are in it. The things are
+/// numbered through, stratum by stratum.
+pub fn bootstrap_within(
+    strata: &[usize],
+    seed: u64,
+    statistic: impl Fn(&[usize]) -> Option<f64>,
+) -> Option<Estimate> {
+    let n: usize = strata.iter().sum();
     if n == 0 {
         return None;
     }
     let value = statistic(&(0..n).collect::<Vec<_>>())?;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut drawn = vec![0; n];
+    let mut drawn = Vec::with_capacity(n);
     let mut values = Vec::with_capacity(RESAMPLES);
     for _ in 0..RESAMPLES {
-        drawn.iter_mut().for_each(|index| *index = rng.random_range(0..n));
+        drawn.clear();
+        for &size in strata {
+            let first = drawn.len();
+            drawn.extend((0..size).map(|_| first + rng.random_range(0..size)));
+        }
         values.extend(statistic(&drawn));
     }
     values.sort_by(f64::total_cmp);
@@ -91,6 +109,15 @@ pub fn bootstrap(n: usize, seed: u64, statistic: impl Fn(&[usize]) -> Option<f64
         return None;
     }
     Some(Estimate { value, low: percentile(&values, TAILS.0), high: percentile(&values, TAILS.1) })
+}
+
+/// The interquartile mean of scores pooled over tasks: a quarter of them, rounded down, is left out at each end (Agarwal
+/// et al. 2021). `None` where there is no score.
+pub fn interquartile_mean(scores: &[f64]) -> Option<f64> {
+    let mut sorted = scores.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let cut = sorted.len() / 4;
+    mean(&sorted[cut..sorted.len() - cut])
 }
 
 /// The restricted mean of what was spent until the target was first reached, or the budget was used up.
@@ -167,6 +194,20 @@ mod tests {
     fn the_reference_values() {
         let (low, high) = wilson(20, 20);
         assert_eq!((format!("{low:.3}"), high), ("0.839".to_owned(), 1.0));
+        let x = [1.0, 2.0, 2.0, 2.0, 1.0, 1.0, 2.0, 1.0];
+        let y = [1.0, 1.0, 2.0, 2.0, 3.0, 3.0];
+        assert_eq!((interquartile_mean(&x), interquartile_mean(&y)), (Some(1.5), Some(2.0)));
+    }
+
+    /// A stratum of one thing is always drawn, so that what differs between strata is no spread.
+    #[test]
+    fn strata_are_drawn_apart() {
+        let scores = [1.0, 3.0, 100.0];
+        let value = |drawn: &[usize]| mean(&drawn.iter().map(|index| scores[*index]).collect::<Vec<_>>());
+        let within = bootstrap_within(&[2, 1], 7, value).unwrap();
+        assert_eq!((within.low, within.high), (102.0 / 3.0, 106.0 / 3.0));
+        let across = bootstrap(3, 7, value).unwrap();
+        assert!(across.low < within.low && across.high > within.high);
     }
 
     /// The ends of the Wilson interval solve (p̂ − p)² = z² p (1 − p) / n: an oracle that does not use the formula.

@@ -224,6 +224,7 @@ impl Automaton {
                     gripper,
                     hold: 0.0,
                     state: state.clone(),
+                    announced: false,
                     narration: None,
                 });
             }

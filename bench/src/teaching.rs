@@ -11,7 +11,7 @@ use situ_teachers::Shown;
 use crate::conditions::Conditions;
 use crate::demonstration_file::Before;
 use crate::error::BenchError;
-use crate::evaluation::{Evaluation, Until};
+use crate::evaluation::Evaluation;
 use crate::record::{Rate, TotalEffort};
 use crate::spending::Steps;
 
@@ -26,13 +26,28 @@ pub struct OriginalTask {
     pub(crate) demonstrations: Vec<Demonstration>,
     /// The effort of teaching it.
     pub(crate) effort: TotalEffort,
-    /// Success of the model that it led to.
-    pub(crate) rate: Rate,
-    /// The round of the evaluation that gave the rate.
-    pub(crate) round: u32,
-    /// The model, which every method with the same original takes over; `None` where the success rate did not reach the
-    /// target.
-    pub(crate) original: Option<Original>,
+    /// Success of the model that it led to, from fresh starts; `None` where there is no such model.
+    pub(crate) rate: Option<Rate>,
+    /// The model, which every method with the same original takes over; or why there is none.
+    pub(crate) original: Result<Original, String>,
+}
+
+/// What came of the tries at one demonstration.
+struct Tried {
+    /// The one that the robot is given; `None` where the teacher gives up.
+    demonstration: Option<Demonstration>,
+    /// The effort of all of them.
+    effort: TotalEffort,
+}
+
+/// A model that was taught the changed task alone.
+pub(crate) struct TaughtAnew {
+    /// The model; `None` where the teacher could not show the task once.
+    pub(crate) model: Option<Box<dyn Learned>>,
+    /// The evaluation that decided that it is the last.
+    pub(crate) last: Evaluation,
+    /// Whether the teacher gave up.
+    pub(crate) gave_up: bool,
 }
 
 impl Conditions<'_> {
@@ -45,28 +60,35 @@ impl Conditions<'_> {
             setting: Arc::clone(original),
             demonstrations: Vec::new(),
             effort: TotalEffort::default(),
-            rate: Rate::default(),
-            round: 0,
-            original: None,
+            rate: None,
+            original: Err(String::new()),
         };
         let budget = self.protocol.budget;
+        let mut last = Evaluation::none(0);
         for index in 0..budget.originals {
-            let Some((demonstration, effort)) = self.demonstrate(original, index)? else { break };
-            task.demonstrations.push(demonstration);
+            let Tried { demonstration, effort } = self.demonstrate(original, index)?;
             task.effort += effort;
+            let Some(demonstration) = demonstration else {
+                let given = task.demonstrations.len();
+                task.original = Err(format!("{ATTEMPTS} tries failed in a row, after {given} demonstrations"));
+                return Ok(task);
+            };
+            task.demonstrations.push(demonstration);
             if index + 1 < budget.least_originals {
                 continue;
             }
             let learn = || method.learn_original(self.schema, &task.demonstrations, self.learner_seed());
             let model = self.spend(learn, |_| Steps::default())?;
-            let evaluation = self.evaluate(&*method.take_over(&model)?, original, index, Until::OutOfReach)?;
-            task.rate = evaluation.rate;
-            task.round = index;
-            if self.is_reached(&evaluation) {
-                task.original = Some(model);
-                break;
+            let learned = method.take_over(&model)?;
+            last = self.decide(&*learned, original, index)?;
+            if self.is_reached(&last) {
+                task.rate = Some(self.evaluate(&*learned, original)?.rate);
+                task.original = Ok(model);
+                return Ok(task);
             }
         }
+        let Rate { successes, rollouts, .. } = last.rate;
+        task.original = Err(format!("{successes} of {rollouts} rollouts after {} demonstrations", budget.originals));
         Ok(task)
     }
 
@@ -75,42 +97,39 @@ impl Conditions<'_> {
     /// # Errors
     /// As [`Conditions::teach`].
     pub fn taught_to(&self, task: &OriginalTask, method: &dyn Method) -> Result<OriginalTask, BenchError> {
-        if task.original.is_none() {
+        if task.original.is_err() {
             return Ok(task.clone());
         }
         let original = method.learn_original(self.schema, &task.demonstrations, self.learner_seed())?;
-        let rate = self.evaluate(&*method.take_over(&original)?, &task.setting, task.round, Until::Done)?.rate;
-        Ok(OriginalTask { rate, original: Some(original), ..task.clone() })
+        let rate = self.evaluate(&*method.take_over(&original)?, &task.setting)?.rate;
+        Ok(OriginalTask { rate: Some(rate), original: Ok(original), ..task.clone() })
     }
 
-    /// Teaches the changed task to a method that takes no corrections. The effort is added to `spent`. Returns the
-    /// last evaluation.
+    /// Teaches the changed task to a method that takes no corrections. The effort is added to `spent`.
     pub(crate) fn teach_anew(
         &self,
         setting: &Arc<Setting>,
         method: &dyn Method,
         spent: &mut TotalEffort,
-    ) -> Result<Evaluation, BenchError> {
-        let budget = self.protocol.budget.from_scratch;
+    ) -> Result<TaughtAnew, BenchError> {
         let mut demonstrations = Vec::new();
-        let mut last = Evaluation::none(self.protocol.rollouts);
-        for index in 0..budget {
-            let Some((demonstration, effort)) = self.demonstrate(setting, index)? else {
-                if !demonstrations.is_empty() {
-                    let model = self.learned(method, &demonstrations)?;
-                    last = self.evaluate(&*model, setting, index, Until::Done)?;
-                }
+        let mut taught = TaughtAnew { model: None, last: Evaluation::none(self.protocol.rollouts), gave_up: false };
+        for index in 0..self.protocol.budget.demonstrations {
+            let Tried { demonstration, effort } = self.demonstrate(setting, index)?;
+            *spent += effort;
+            let Some(demonstration) = demonstration else {
+                taught.gave_up = true;
                 break;
             };
             demonstrations.push(demonstration);
-            *spent += effort;
             let model = self.learned(method, &demonstrations)?;
-            last = self.evaluate(&*model, setting, index + 1, self.until(index, budget))?;
-            if self.is_reached(&last) {
+            taught.last = self.decide(&*model, setting, index + 1)?;
+            taught.model = Some(model);
+            if self.is_reached(&taught.last) {
                 break;
             }
         }
-        Ok(last)
+        Ok(taught)
     }
 
     /// A method's model of whole demonstrations.
@@ -140,13 +159,9 @@ impl Conditions<'_> {
         Ok(shown?)
     }
 
-    /// One whole demonstration of the setting. An attempt that fails is repeated from another start. `None` where the
-    /// teacher gives up.
-    fn demonstrate(
-        &self,
-        setting: &Arc<Setting>,
-        index: u32,
-    ) -> Result<Option<(Demonstration, TotalEffort)>, BenchError> {
+    /// One whole demonstration of the setting. A try that fails is repeated from another start.
+    fn demonstrate(&self, setting: &Arc<Setting>, index: u32) -> Result<Tried, BenchError> {
+        let mut tried = Tried { demonstration: None, effort: TotalEffort::default() };
         for attempt in 0..ATTEMPTS {
             self.check_interrupt()?;
             let start = || Episode::start(setting, self.stream(setting, "teach", &[index, attempt]));
@@ -158,14 +173,16 @@ impl Conditions<'_> {
             let seed = self.stream(setting, "teacher", &[index, attempt]);
             let name = format!("{}-{index}", setting.label());
             let shown = self.demonstrated(&name, Kind::Original, episode, seed)?;
-            if let (true, Some(demonstration)) = (shown.clean, shown.demonstration) {
+            tried.demonstration = shown.demonstration.filter(|_| shown.clean);
+            tried.effort += TotalEffort::of_try(&shown.effort, tried.demonstration.is_some());
+            if let Some(demonstration) = &tried.demonstration {
                 if let Some(archive) = self.archive {
                     let path = format!("{}/full-{index}", self.folder(setting));
-                    archive.write(&path, &demonstration, self.schema, &Before::default())?;
+                    archive.write(&path, demonstration, self.schema, &Before::default())?;
                 }
-                return Ok(Some((demonstration, TotalEffort::from(&shown.effort))));
+                break;
             }
         }
-        Ok(None)
+        Ok(tried)
     }
 }

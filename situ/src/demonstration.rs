@@ -50,6 +50,9 @@ pub struct Keyframe {
     pub hold: f64,
     /// The world before the motion to this keyframe (decision D0).
     pub state: State,
+    /// Whether the teacher names the reference object here anew, although the keyframe before is about the same one: a
+    /// segment begins (decision D0c′). Where the object changes, one begins in any case.
+    pub announced: bool,
     /// The teacher's name for the skill, where the teacher says one. SITU does not listen; some other methods do.
     pub narration: Option<Arc<str>>,
 }

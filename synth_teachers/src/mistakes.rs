@@ -53,6 +53,8 @@ pub(crate) struct Slip {
     pub(crate) turn: UnitQuaternion<f64>,
     /// Which of the other objects is named in place of the reference object, as a fraction of their number.
     pub(crate) wrong_reference: Option<f64>,
+    /// Whether the reference object is named, be it that of the skill before.
+    pub(crate) announced: bool,
 }
 
 /// The streams of random numbers of a demonstration's mistakes. Each kind has its own stream, so a rate can change and
@@ -64,6 +66,7 @@ pub(crate) struct Mistakes<'a> {
     detours: ChaCha8Rng,
     axes: ChaCha8Rng,
     skills: ChaCha8Rng,
+    announcements: ChaCha8Rng,
     pub(crate) tally: Tally,
 }
 
@@ -76,6 +79,7 @@ impl<'a> Mistakes<'a> {
             detours: rng("detours"),
             axes: rng("axes"),
             skills: rng("skills"),
+            announcements: rng("announcements"),
             tally: Tally::default(),
         }
     }
@@ -97,8 +101,14 @@ impl<'a> Mistakes<'a> {
         let [misaligned, side, wrong, which] = [0, 1, 2, 3].map(|_| self.skills.random::<f64>());
         let misaligned = self.errs(Way::Misaligned, misaligned);
         let wrong = self.errs(Way::WrongReference, wrong);
+        let unannounced = self.announcements.random::<f64>();
+        let unannounced = self.errs(Way::Unannounced, unannounced);
         let angle = self.profile.misaligned.turn.to_radians() * if side < 0.5 { -1.0 } else { 1.0 };
-        Slip { turn: about_z(if misaligned { angle } else { 0.0 }), wrong_reference: wrong.then_some(which) }
+        Slip {
+            turn: about_z(if misaligned { angle } else { 0.0 }),
+            wrong_reference: wrong.then_some(which),
+            announced: !unannounced,
+        }
     }
 
     /// The mistakes of the next keyframe. Every keyframe takes the same number of draws from each stream, whatever

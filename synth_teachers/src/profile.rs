@@ -72,6 +72,9 @@ ways! {
     Misaligned = misaligned: Misaligned, "skills";
     /// A skill whose reference object is named wrongly: another object of the scene, all equally likely.
     WrongReference = wrong_reference: f64, "skills";
+    /// A skill begun without a word, where it is about the object that was named last: it becomes part of the segment
+    /// before it.
+    Unannounced = unannounced: f64, "skills";
     /// A correction that ends once the robot knows how to go on, instead of at the end of the task.
     StopsEarly = stops_early: f64, "corrections";
     /// A correction that begins one primitive too early: the robot is stopped before it has gone wrong.

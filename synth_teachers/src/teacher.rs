@@ -66,8 +66,9 @@ impl Teacher {
         onset(&self.profile, seed)
     }
 
-    /// Demonstrates from where the episode stands, until the goal is met. A correction may end once the robot knows how
-    /// to go on, if the draw says that this teacher stops there. `observer` sees every simulated step.
+    /// Demonstrates from where the episode stands, until the goal is met. A correction may end once what changed has been
+    /// shown and the robot knows how to go on, if the draw says that this teacher stops there. `observer` sees every
+    /// simulated step.
     ///
     /// # Errors
     /// A reference object is missing, or an observation is not finite. An unclean attempt is no error.
@@ -88,6 +89,8 @@ impl Teacher {
         let mut skills = Vec::new();
         let mut clean = true;
         let mut stopped = false;
+        // Nobody stops before having shown what changed. Where no skill did, any skill shows where to go on.
+        let mut change_is_shown = setting.skills.iter().all(|skill| known(skill, &setting));
         while !episode.succeeded() {
             let Some(skill) = episode.next_skill().cloned() else { break };
             if skills.len() == MOST_SKILLS || episode.finished_out_of_time() || !episode.is_sound() {
@@ -104,7 +107,8 @@ impl Teacher {
                 // A person who sees that it went wrong stops, and begins again.
                 break;
             }
-            if stops_early && known(&skill, &setting) && !episode.succeeded() {
+            change_is_shown |= !known(&skill, &setting);
+            if stops_early && change_is_shown && known(&skill, &setting) && !episode.succeeded() {
                 stopped = true;
                 break;
             }
@@ -145,10 +149,12 @@ struct Named {
     object: Arc<str>,
     frame: Pose,
     skill: Arc<str>,
+    /// Whether the object is still to be said: it is with the first keyframe that is recorded.
+    unsaid: bool,
 }
 
 impl Recorder {
-    fn record(&mut self, episode: &Episode, named: &Named, hold: f64) {
+    fn record(&mut self, episode: &Episode, named: &mut Named, hold: f64) {
         let after = observe(episode);
         self.keyframes.push(Keyframe {
             reference: named.object.clone(),
@@ -157,6 +163,7 @@ impl Recorder {
             gripper: observed_gripper(episode.world().gripper()),
             hold,
             state: std::mem::replace(&mut self.before, after),
+            announced: std::mem::take(&mut named.unsaid),
             narration: Some(named.skill.clone()),
         });
     }
@@ -177,7 +184,7 @@ fn perform(
     let right = || (skill.reference.as_str().into(), frame);
     let (object, frame_of_object) =
         slip.wrong_reference.and_then(|which| another(episode, &skill.reference, which)).unwrap_or_else(right);
-    let named = Named { object, frame: frame_of_object, skill: skill.name.as_str().into() };
+    let mut named = Named { object, frame: frame_of_object, skill: skill.name.as_str().into(), unsaid: slip.announced };
     for (index, keyframe) in skill.keyframes.iter().enumerate() {
         let mistake = mistakes.next(keyframe.contact, keyframe.gripper.is_some());
         let mut aligned = frame * keyframe.pose;
@@ -187,7 +194,7 @@ fn perform(
             if is_over(episode.perform(&needless, None, 0.0, observer)) {
                 return Ok(false);
             }
-            recorder.record(episode, &named, 0.0);
+            recorder.record(episode, &mut named, 0.0);
         }
         let hold = keyframe.hold + mistake.pause;
         let over = is_over(episode.perform(&target, keyframe.gripper, hold, observer));
@@ -195,7 +202,7 @@ fn perform(
             episode.reached_keyframe(&skill.reference, index);
         }
         if !mistake.missing {
-            recorder.record(episode, &named, hold);
+            recorder.record(episode, &mut named, hold);
         }
         if over || !episode.is_sound() {
             return Ok(false);

@@ -267,7 +267,7 @@ impl Report {
                 let first = self.tried().find(|(_, trial)| !is_so(trial));
                 let how =
                     first.map_or(String::new(), |(seed, trial)| format!(", first at seed {seed}: {}", endings(trial)));
-                let Rate { successes, rollouts } = rate;
+                let Rate { successes, rollouts, .. } = rate;
                 found.push(format!("{label}: {what} in {successes} of {rollouts} starts only{how}"));
             }
         };

@@ -85,7 +85,7 @@ impl Cost {
         }
         let baseline = self.check.then(|| WorkBaseline::read(&self.baseline)).transpose()?;
         let protocol = Protocol { tasks: Vec::new(), ..protocol };
-        let run = Run { protocol: self.protocol.clone(), out: self.out.clone(), seed: 1, ..Run::default() };
+        let run = Run { protocol: self.protocol.clone(), out: self.out.clone(), ..Run::default() };
         let published = run.publish(&protocol, &[tables::COST])?;
         let mut printed = published.printed;
         let costs = published.records.iter().filter_map(|record| match record {

@@ -53,9 +53,9 @@ pub struct Run {
     /// These teacher profiles instead of the protocol's; may be given several times.
     #[arg(long, value_name = "NAME")]
     pub teacher: Vec<String>,
-    /// The first seed. The protocol says how many seeds there are.
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
+    /// The first seed instead of the protocol's. The protocol says how many seeds there are.
+    #[arg(long)]
+    pub seed: Option<u64>,
     /// Threads. One for each processor where it is not given.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub jobs: Option<u16>,
@@ -153,7 +153,8 @@ impl Run {
             methods: self.method.clone(),
             teachers: self.teacher.clone(),
         };
-        let plan = Plan::new(protocol.clone(), &filter, &self.library.registry()?, &self.library.roster()?, self.seed)?;
+        let wanted = Protocol { first_seed: self.seed.unwrap_or(protocol.first_seed), ..protocol.clone() };
+        let plan = Plan::new(wanted, &filter, &self.library.registry()?, &self.library.roster()?)?;
         let path = self.prepare(folder, protocol)?;
         let (ledger, contents) = Ledger::open(&path)?;
         contents.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));

@@ -153,6 +153,6 @@ impl<K> Compared<'_, K> {
 pub(super) fn uncounted<'a, K>(columns: Columns<'a, Compared<'a, K>>) -> Columns<'a, Compared<'a, K>> {
     columns
         .count("not_applicable", |row| row.outcomes(|outcome| *outcome == Outcome::NotApplicable))
-        .count("untaught", |row| row.outcomes(|outcome| *outcome == Outcome::Untaught))
+        .count("untaught", |row| row.outcomes(|outcome| matches!(outcome, Outcome::Untaught { .. })))
         .count("spoilt", |row| row.outcomes(|outcome| matches!(outcome, Outcome::Spoilt { .. })))
 }

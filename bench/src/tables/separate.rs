@@ -22,7 +22,7 @@ const TITLE: Title = Title {
     note: "A row is a method and the edit that the variation needs, over all tasks and then for each, of the runs that \
         were corrected at least once. `separate` is the model that the corrections led to; `joint` is what full \
         retraining (`rebuild`) makes of the same demonstrations, original and corrective. Success on the changed task \
-        is from starts by which no correction was called for; pooled over rollouts, with the Wilson 95 % interval. \
+        is from starts by which nothing was decided; pooled over rollouts, with the Wilson 95 % interval. \
         `difference` is separate less joint, paired by run; it, nodes and F1 are means over runs with 95 % bootstrap \
         intervals. What F1 counts is in T3.",
 };
@@ -47,10 +47,10 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
     let columns = method_columns::<Row<'a>>(|row| row.key.0)
         .text("task", |row| row.key.1.unwrap_or("all"))
         .count("runs", |row| row.of.len())
-        .column("separate", Shape::Rate, |row| rate(row.of.iter().map(|(_, pooled)| pooled.separate)))
+        .column("separate", Shape::Rate, |row| rate(row.of.iter().filter_map(|(run, _)| run.after)))
         .column("joint", Shape::Rate, |row| rate(row.of.iter().map(|(_, pooled)| pooled.pooled)))
         .column("difference", Shape::Estimate(2), move |row| {
-            let differences = row.of.iter().map(|(_, pooled)| share(pooled.separate) - share(pooled.pooled));
+            let differences = row.of.iter().filter_map(|(run, pooled)| Some(share(run.after?) - share(pooled.pooled)));
             mean(differences, row.seed("difference"))
         })
         .column("original_separate", Shape::Rate, |row| rate(row.of.iter().filter_map(|(run, _)| run.retained)))

@@ -19,8 +19,7 @@ execution = "sample"
 [budget]
 least_originals = 3
 originals = 3
-corrections = 1
-from_scratch = 1
+demonstrations = 1
 
 [[cost]]
 series = "nodes"

@@ -34,8 +34,7 @@ execution = "sample"
 [budget]
 least_originals = 2
 originals = 2
-corrections = 1
-from_scratch = 1
+demonstrations = 1
 
 [[cost]]
 series = "nodes"
@@ -53,7 +52,7 @@ impl Progress for Silent {
 
 fn plan(filter: &Filter, roster: &Roster) -> Plan {
     let protocol = Protocol::parse(PROTOCOL, Path::new("small.toml")).unwrap();
-    Plan::new(protocol, filter, &Registry::builtin().unwrap(), roster, 1).unwrap()
+    Plan::new(protocol, filter, &Registry::builtin().unwrap(), roster).unwrap()
 }
 
 fn bump() -> Plan {
@@ -99,7 +98,7 @@ fn one_thread_and_two_write_the_same_records() {
     assert_eq!(of("situ").outcome, Outcome::Reached);
     // One correction added an edge. The pooled model has as many nodes and edges, and succeeds as well.
     let pooled = of("situ").pooled.as_ref().unwrap();
-    assert_eq!((pooled.separate.successes, pooled.pooled.successes, pooled.retained.rollouts), (2, 2, 2));
+    assert_eq!((pooled.pooled.successes, pooled.retained.rollouts), (2, 2));
     assert_eq!((pooled.structure, of("rebuild").structure), (of("situ").structure, of("situ").structure));
     let structure = pooled.structure.unwrap();
     assert!(structure.duplicates == 0 && structure.pairs.both > 0 && structure.transitions.both > 0, "{structure:?}");
@@ -250,7 +249,7 @@ fn bad_names_and_protocols_exit_with_2_and_say_what_would_be_right() {
 fn the_built_in_protocols_can_be_run() {
     for name in Protocol::names() {
         let (registry, roster) = (Registry::builtin().unwrap(), Roster::builtin().unwrap());
-        let plan = Plan::new(Protocol::find(name).unwrap(), &Filter::default(), &registry, &roster, 1);
+        let plan = Plan::new(Protocol::find(name).unwrap(), &Filter::default(), &registry, &roster);
         assert!(!plan.unwrap_or_else(|error| panic!("{name}: {error}")).is_empty());
     }
 }

@@ -50,6 +50,7 @@ fn demonstrations() {
         gripper: Gripper::Close(20.0),
         hold: 0.5,
         state: State::new([0.1, 0.2]),
+        announced: false,
         narration: None,
     };
     let last = State::new([0.0, 0.0]);

@@ -25,6 +25,7 @@ fn shown(words: &[&str], carried_to_end: bool) -> Demonstration {
         gripper: Gripper::Open(0.08),
         hold: 0.0,
         state: State::new(vec![0.0]),
+        announced: false,
         narration: (word.len() > 1).then(|| (*word).into()),
     };
     let keyframes = words.iter().map(keyframe).collect();

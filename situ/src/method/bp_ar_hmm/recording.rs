@@ -129,6 +129,7 @@ pub(super) mod tests {
             gripper,
             hold,
             state: State::new([0.0]),
+            announced: false,
             narration: None,
         };
         let keyframes = keyframes.iter().map(keyframe).collect();

@@ -29,6 +29,7 @@ fn keyframe(object: &str, at: Vector3<f64>, height: f64, gripper: Gripper, held:
         gripper,
         hold: 0.0,
         state: State::new([held]),
+        announced: false,
         narration: None,
     }
 }

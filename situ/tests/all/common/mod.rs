@@ -264,6 +264,7 @@ impl Task {
                     gripper: *gripper,
                     hold: 0.0,
                     state: state.clone(),
+                    announced: false,
                     narration: Some(act.skill.name.clone()),
                 });
             }
@@ -319,6 +320,7 @@ pub(crate) fn spelt(words: &[(u8, f64, f64)], last: f64, carried_to_end: bool) -
         gripper: Gripper::Open(0.05),
         hold: 0.0,
         state: State::new([*state]),
+        announced: false,
         narration: None,
     };
     let keyframes = words.iter().map(keyframe).collect();

@@ -175,6 +175,7 @@ fn a_task_that_stands_still_can_be_corrected() {
         gripper: Gripper::Open(0.08),
         hold: 0.0,
         state: State::new([0.0; 9]),
+        announced: false,
         narration: None,
     };
     let still = |kind| Demonstration::new("still", kind, &schema(), vec![keyframe.clone()], State::new([0.0; 9]), true);
@@ -196,6 +197,7 @@ fn odd_corrections_are_folded_in_or_refused() {
         gripper: Gripper::Open(0.08),
         hold: 0.0,
         state: State::new([at.min(3.0); 9]),
+        announced: false,
         narration: None,
     };
     // Only a new node makes an unknown object possible.

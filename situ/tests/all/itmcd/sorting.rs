@@ -219,6 +219,7 @@ impl World {
                 gripper,
                 hold: 0.0,
                 state: state.clone(),
+                announced: false,
                 narration: None,
             }
         };

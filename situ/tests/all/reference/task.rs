@@ -222,6 +222,7 @@ impl Task {
                     gripper: command.gripper,
                     hold: command.hold,
                     state: state.clone(),
+                    announced: false,
                     narration: None,
                 });
             };
