@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::house::house::Crate;
 use crate::house::modules::Modules;
+use crate::house::tree::Crate;
 
 /// From a file to the files that it knows, with the names that it takes of each.
 pub(crate) type Graph = BTreeMap<String, BTreeMap<String, BTreeSet<String>>>;

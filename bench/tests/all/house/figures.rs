@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use crate::house::circles::{circles, graph};
 use crate::house::functions::{Function, functions};
-use crate::house::house::{Crate, House};
 use crate::house::modules::Modules;
+use crate::house::tree::{Crate, House};
 use crate::house::types::twins;
 
 /// Columns of a line with a comment, its indentation included.

@@ -3,7 +3,7 @@
 use syn::spanned::Spanned;
 use syn::visit::{self, Visit};
 
-use crate::house::house::{Source, attributes, is_for_tests};
+use crate::house::tree::{Source, attributes, is_for_tests};
 
 /// A function with its size.
 pub(crate) struct Function {

@@ -14,14 +14,14 @@ use std::path::{Path, PathBuf};
 mod circles;
 mod figures;
 mod functions;
-mod house;
 mod lines;
 mod modules;
 mod planted;
+mod tree;
 mod types;
 
 use figures::{Figures, figures, twin_names};
-use house::House;
+use tree::House;
 
 fn workspace() -> House {
     let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use proc_macro2::{TokenStream, TokenTree};
 use syn::visit::{self, Visit};
 
-use crate::house::house::{Crate, attributes, is_for_tests};
+use crate::house::tree::{Crate, attributes, is_for_tests};
 
 /// A name that is handed on more often than this is handed on in a ring.
 const HANDS: usize = 16;

@@ -1,8 +1,8 @@
 //! Small workspaces with one fault each: every rule finds its own.
 
 use crate::house::figures::{Figures, figures, twin_names};
-use crate::house::house::House;
 use crate::house::lines::read;
+use crate::house::tree::House;
 
 fn house(files: &[(&str, &str)]) -> House {
     House::of(files.iter().map(|(path, text)| ((*path).to_owned(), (*text).to_owned())).collect())

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use syn::visit::{self, Visit};
 
-use crate::house::house::{House, attributes, is_for_tests};
+use crate::house::tree::{House, attributes, is_for_tests};
 
 /// Every public type name that stands more than once in the workspace, with the files in which it stands.
 pub(crate) fn twins(house: &House) -> BTreeMap<String, Vec<String>> {
