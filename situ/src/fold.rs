@@ -3,6 +3,7 @@
 use crate::correction::Correction;
 use crate::decisions::Decisions;
 use crate::error::SituError;
+use crate::place::Place;
 use crate::placement::{ByPolicy, Placement};
 use crate::primitive::Learner;
 use crate::segmentation::by_reference_object;
@@ -41,16 +42,32 @@ pub fn fold<L: Learner, P: Placement<L>>(
     decisions: &Decisions,
     placement: &mut P,
 ) -> Result<Trace, SituError> {
-    let demonstration = model.histories().len() as u32;
-    let carried_to_end = history.carried_to_end;
     model.all_or_nothing(|model| {
-        let segments = model.begin(history);
         let mut update = Update::new(model, learner, decisions);
         update.interrupted = correction.interrupted;
-        let a = update.situ(correction.last, &segments, placement)?;
-        if carried_to_end {
-            update.end(a, demonstration)?; // D11
-        }
+        update.fold(correction.last, history, placement)?;
         Ok(update.into_trace())
     })
+}
+
+impl<L: Learner> Update<'_, L> {
+    /// Folds a demonstration in that was given after `last`.
+    ///
+    /// # Errors
+    /// Where the learner refuses a segment. The model is then half-way.
+    pub(crate) fn fold<P: Placement<L>>(
+        &mut self,
+        last: Place,
+        history: History,
+        placement: &mut P,
+    ) -> Result<(), SituError> {
+        let demonstration = self.model.histories().len() as u32;
+        let carried_to_end = history.carried_to_end;
+        let segments = self.model.begin(history);
+        let a = self.situ(last, &segments, placement)?;
+        if carried_to_end {
+            self.end(a, demonstration)?; // D11
+        }
+        Ok(())
+    }
 }

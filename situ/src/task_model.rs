@@ -263,8 +263,8 @@ impl<L: Learner> TaskModel<L> {
     /// Where the primitive that ran last is END or not in the model, or the interrupted one is not in the model.
     pub fn history(&self, correction: &Correction<'_>, segments: Vec<Segment>) -> Result<History, SituError> {
         let origin = self.origin(correction.last)?;
-        correction.interrupted.map(|id| self.node(id)).transpose()?;
-        Ok(History::new(correction.demonstration, segments, origin))
+        let interrupted = correction.interrupted.map(|id| self.origin(Place::Node(id))).transpose()?.flatten();
+        Ok(History { interrupted, ..History::new(correction.demonstration, segments, origin) })
     }
 
     /// Add-Node (A2.11) for a set of segments.

@@ -9,6 +9,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::direct::{self, Direct, Rule};
 use super::rebuild::rebuild;
+use super::replay::{Later, replay};
 use super::{KEYFRAME_AUTOMATON, KeyframeAutomaton, Learned, Method, Original, Role};
 use crate::correction::{Correction, Oracle};
 use crate::decisions::{Background, Candidates, Decisions};
@@ -32,8 +33,10 @@ use crate::trace::Trace;
 enum Update {
     /// Algorithms 1 and 2.
     Situ,
-    /// Everything anew.
+    /// Everything anew, without a modification.
     Rebuild,
+    /// Everything anew, corrections in their order.
+    Replay(Later),
     /// Without a search for what a segment is.
     Direct(Rule),
     /// Not at all.
@@ -78,10 +81,19 @@ const SITU: KeyframeMethod = KeyframeMethod {
     parameters: KeyframeParameters::default,
 };
 
-pub(super) const REBUILD: KeyframeMethod = KeyframeMethod {
+const REBUILD: KeyframeMethod = KeyframeMethod {
     name: "rebuild",
-    summary: "full retraining on all demonstrations, original and corrective, one global clustering",
+    summary: "full retraining on all demonstrations, one global clustering, modifications by the rule of situ in order",
     source: OURS,
+    update: Update::Replay(Later::AsSitu),
+    ..SITU
+};
+
+/// The paper's model of all demonstrations at once: it knows no order, so nothing modifies.
+pub(super) const JOINT: KeyframeMethod = KeyframeMethod {
+    name: "rebuild:no_modify",
+    summary: "full retraining on all demonstrations as one set: no order, no modification (the joint model)",
+    source: PAPER,
     update: Update::Rebuild,
     ..SITU
 };
@@ -107,6 +119,14 @@ pub fn all() -> Vec<KeyframeMethod> {
             ..SITU
         },
         REBUILD,
+        KeyframeMethod {
+            name: "rebuild:recency",
+            summary: "full retraining on all demonstrations; within a cluster the newest of two ways that differ is the one",
+            source: OURS,
+            update: Update::Replay(Later::Replaces),
+            ..SITU
+        },
+        JOINT,
         KeyframeMethod {
             name: "from_scratch",
             summary: "rebuild from full demonstrations of the changed task alone",
@@ -304,6 +324,12 @@ impl Learned for KeyframeTask {
             Update::Rebuild => {
                 let histories = model.histories().iter().cloned().chain([history]).collect();
                 let (rebuilt, trace) = rebuild(histories, Some(*model.calibration()), learner, decisions)?;
+                *model = rebuilt;
+                Ok(trace)
+            }
+            Update::Replay(later) => {
+                let histories = model.histories().iter().cloned().chain([history]).collect();
+                let (rebuilt, trace) = replay(histories, *model.calibration(), learner, decisions, later)?;
                 *model = rebuilt;
                 Ok(trace)
             }

@@ -9,9 +9,11 @@ pub mod gaussian;
 pub mod itmcd;
 pub mod keyframe_method;
 mod learned;
+pub mod nearest;
 mod original;
 pub mod rebuild;
 pub mod refinement;
+pub mod replay;
 pub mod roster;
 
 pub use learned::Learned;

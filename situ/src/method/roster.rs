@@ -1,11 +1,15 @@
 //! The methods by name.
 
-use super::{Method, bp_ar_hmm, itmcd, keyframe_method, refinement};
+use super::{Method, bp_ar_hmm, itmcd, keyframe_method, nearest, refinement};
 
 /// Every method, in the order of the tables.
 pub fn all() -> Vec<Box<dyn Method>> {
     let keyframe = keyframe_method::all().into_iter().map(|method| Box::new(method) as Box<dyn Method>);
-    let retraining: [Box<dyn Method>; 2] = [Box::new(bp_ar_hmm::BpArHmm::default()), Box::new(itmcd::Itmcd::default())];
+    let retraining: [Box<dyn Method>; 3] = [
+        Box::new(nearest::Nearest),
+        Box::new(bp_ar_hmm::BpArHmm::default()),
+        Box::new(itmcd::Itmcd::default()),
+    ];
     keyframe.chain(retraining).chain(refinement::all()).collect()
 }
 
@@ -22,5 +26,5 @@ pub fn standard() -> Box<dyn Method> {
 
 /// The method that makes one model at once of all that a keyframe automaton was ever taught.
 pub fn pooled() -> Box<dyn Method> {
-    Box::new(keyframe_method::REBUILD)
+    Box::new(keyframe_method::JOINT)
 }

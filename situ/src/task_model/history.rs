@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use crate::demonstration::Demonstration;
+use crate::demonstration::{Demonstration, Kind};
 use crate::place::{NodeId, SegmentId};
 use crate::segment::Segment;
 use crate::state::State;
@@ -16,6 +16,10 @@ pub struct History {
     pub name: Arc<str>,
     /// Its origin: the segment whose node ran last before the demonstration; `None` for START.
     pub after: Option<SegmentId>,
+    /// Whether it was given for the whole task or to mend a failure.
+    pub kind: Kind,
+    /// A segment of the primitive that was under way before the demonstration and did not run to its end, if one was.
+    pub interrupted: Option<SegmentId>,
     /// Its segments.
     pub segments: Vec<Arc<Segment>>,
     /// The node of each segment that has been placed so far.
@@ -32,6 +36,8 @@ impl History {
         Self {
             name: demonstration.name().clone(),
             after,
+            kind: demonstration.kind(),
+            interrupted: None,
             segments: segments.into_iter().map(Arc::new).collect(),
             nodes: Vec::new(),
             final_state: demonstration.final_state().clone(),

@@ -52,6 +52,16 @@ impl<L: Learner> TaskModel<L> {
         samples.negatives.len() > before
     }
 
+    /// Forgets the negatives of all places, before they are made anew.
+    pub(crate) fn forget_negatives(&mut self) {
+        let places: Vec<Place> = self.nodes().map(|(id, _)| Place::Node(id)).chain([Place::End]).collect();
+        for place in places {
+            if let Some(samples) = self.samples_mut(place) {
+                samples.negatives.clear();
+            }
+        }
+    }
+
     /// Background negatives (decision D2) of a primitive that stands between these places: a bounded number of start
     /// states, spread over the demonstrations by a fixed sequence of low discrepancy, its own `positives` left out.
     pub fn background(
