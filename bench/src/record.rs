@@ -256,6 +256,9 @@ pub struct RunRecord {
     pub key: Key,
     /// How it ended.
     pub outcome: Outcome,
+    /// Whether the edge that is needed leads from a skill to itself: a retry.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub self_loop: bool,
     /// Demonstrations at the most, corrective or from scratch.
     pub budget: u32,
     /// The effort of teaching the original task.

@@ -66,6 +66,7 @@ fn run(method: &str, seed: u64, outcome: Outcome, demonstrations: u32, made: &[E
             stage: None,
         },
         outcome,
+        self_loop: false,
         budget: 8,
         original: effort(2, 12),
         before: counts.then_some(rate(1)),

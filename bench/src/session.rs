@@ -59,7 +59,7 @@ impl Conditions<'_> {
         task: &OriginalTask,
         before: &Uncorrected,
     ) -> Result<RunRecord, BenchError> {
-        let mut run = self.begun(self.key(setting, method), task);
+        let mut run = self.begun(setting, self.key(setting, method), task);
         if !method.edits().contains(&run.key.edit) {
             run.outcome = Outcome::NotApplicable;
             return Ok(run);
@@ -120,7 +120,7 @@ impl Conditions<'_> {
         let mut robot = None;
         let mut corrected = false;
         for (index, setting) in settings.iter().enumerate() {
-            let mut run = self.begun(self.stage_key(name, index, setting, method), task);
+            let mut run = self.begun(setting, self.stage_key(name, index, setting, method), task);
             if let Ok(original) = &task.original {
                 let robot = match &mut robot {
                     Some(robot) => robot,
@@ -197,11 +197,12 @@ impl Conditions<'_> {
     }
 
     /// A run at its beginning. Only the effort of teaching the original task is known.
-    fn begun(&self, key: Key, task: &OriginalTask) -> RunRecord {
+    fn begun(&self, setting: &Setting, key: Key, task: &OriginalTask) -> RunRecord {
         let why = task.original.as_ref().err().cloned().unwrap_or_default();
         RunRecord {
             key,
             outcome: Outcome::Untaught { why },
+            self_loop: setting.accepts_edges.iter().any(|[from, to]| from == to),
             budget: self.protocol.budget.demonstrations,
             original: task.effort,
             before: None,

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use situ::edit::Edit;
 use situ::trace::Counters;
 
+use super::pooled::Pooled;
 use crate::record::Rate;
 use crate::stats::{self, Estimate};
 
@@ -46,6 +47,7 @@ pub(super) enum Cell {
     Number(f64),
     Rate(Rate),
     Estimate(Estimate, Bound),
+    Pooled(Pooled, Bound),
     Nothing,
 }
 
@@ -140,6 +142,8 @@ pub(super) enum Shape {
     Rate,
     /// A number with its 95 % interval, and this many decimals in Markdown.
     Estimate(usize),
+    /// A number with two 95 % intervals, by units and by variations, and this many decimals in Markdown.
+    Pooled(usize),
 }
 
 /// The head of a column.

@@ -11,8 +11,11 @@ mod comparison;
 mod cost;
 mod edits;
 mod effort;
+mod group;
 mod growth;
 mod methods;
+mod pooled;
+mod questions;
 mod retention;
 mod rows;
 mod separate;
@@ -22,8 +25,15 @@ pub use comparison::differs;
 pub use table::{Publication, Table};
 
 /// All publications, in order.
-pub const ALL: [&Publication; 6] =
-    [&effort::T1, &separate::T2, &edits::T3, &cost::T4, &retention::T5, &methods::METHODS];
+pub const ALL: [&Publication; 7] = [
+    &questions::QUESTIONS,
+    &effort::T1,
+    &separate::T2,
+    &edits::T3,
+    &cost::T4,
+    &retention::T5,
+    &methods::METHODS,
+];
 
 /// The publication of a protocol of update cost alone.
 pub const COST: &Publication = &cost::T4;

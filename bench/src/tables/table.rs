@@ -143,6 +143,7 @@ const fn suffixes(shape: Shape) -> &'static [&'static str] {
         Shape::Text | Shape::Count | Shape::Number(_) => &[""],
         Shape::Rate => &["_successes", "_n", "_low", "_high"],
         Shape::Estimate(_) => &["", "_low", "_high", "_bound"],
+        Shape::Pooled(_) => &["", "_low", "_high", "_variations_low", "_variations_high", "_bound"],
     }
 }
 
@@ -168,13 +169,18 @@ fn fields(shape: Shape, cell: &Cell) -> Vec<String> {
         Cell::Estimate(estimate, bound) => {
             vec![number(&estimate.value), number(&estimate.low), number(&estimate.high), bound.mark().to_owned()]
         }
+        Cell::Pooled(pooled, bound) => {
+            let ends = [pooled.units.0, pooled.units.1, pooled.variations.0, pooled.variations.1];
+            let numbers = [pooled.value].into_iter().chain(ends).map(|value| number(&value));
+            numbers.chain([bound.mark().to_owned()]).collect()
+        }
         Cell::Nothing => vec![String::new(); suffixes(shape).len()],
     }
 }
 
 fn markdown(shape: Shape, cell: &Cell) -> String {
     let digits = match shape {
-        Shape::Number(digits) | Shape::Estimate(digits) => digits,
+        Shape::Number(digits) | Shape::Estimate(digits) | Shape::Pooled(digits) => digits,
         _ => SHARE,
     };
     match cell {
@@ -188,6 +194,11 @@ fn markdown(shape: Shape, cell: &Cell) -> String {
         Cell::Estimate(estimate, bound) => {
             let number = |value| fixed(value, digits);
             format!("{}{} [{}, {}]", bound.mark(), number(estimate.value), number(estimate.low), number(estimate.high))
+        }
+        Cell::Pooled(pooled, bound) => {
+            let interval = |(low, high)| format!("[{}, {}]", fixed(low, digits), fixed(high, digits));
+            let (units, variations) = (interval(pooled.units), interval(pooled.variations));
+            format!("{}{} {units} {variations}", bound.mark(), fixed(pooled.value, digits))
         }
         Cell::Nothing => "–".to_owned(),
     }
