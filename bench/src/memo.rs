@@ -15,8 +15,8 @@ use situ_teachers::Shown;
 
 use crate::ended::Ended;
 use crate::error::BenchError;
-use crate::starts::Starts;
 use crate::spending::Steps;
+use crate::starts::Starts;
 
 /// Copies of episodes are kept up to so many bytes, in all memos of a room together. Beyond that nothing new is kept.
 const ROOM: usize = 1 << 29;

@@ -102,12 +102,7 @@ impl Plan {
     ///
     /// # Errors
     /// A name that nothing has, with the known ones.
-    pub fn new(
-        protocol: Protocol,
-        filter: &Filter,
-        registry: &Registry,
-        roster: &Roster,
-    ) -> Result<Self, BenchError> {
+    pub fn new(protocol: Protocol, filter: &Filter, registry: &Registry, roster: &Roster) -> Result<Self, BenchError> {
         let first_seed = protocol.first_seed;
         let known: Vec<String> = registry.names().map(str::to_owned).collect();
         let tasks = chosen("task", &filter.tasks, &protocol.tasks, &known)?;

@@ -135,9 +135,7 @@ impl Conditions<'_> {
                 // as it is.
                 let is_applicable = method.edits().contains(&run.key.edit);
                 let taught = match method.role() {
-                    Role::Correct if is_applicable => {
-                        self.taught_by_corrections(robot, setting, &before, &mut run)?
-                    }
+                    Role::Correct if is_applicable => self.taught_by_corrections(robot, setting, &before, &mut run)?,
                     Role::Correct | Role::FromScratch | Role::Control => unchanged(&before),
                 };
                 corrected |= !run.corrections.is_empty();

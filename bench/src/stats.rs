@@ -83,11 +83,7 @@ pub fn bootstrap(n: usize, seed: u64, statistic: impl Fn(&[usize]) -> Option<f64
 
 /// The same with strata: each resample draws as many things from each stratum as there are in it. The things are
 /// numbered through, stratum by stratum.
-pub fn bootstrap_within(
-    strata: &[usize],
-    seed: u64,
-    statistic: impl Fn(&[usize]) -> Option<f64>,
-) -> Option<Estimate> {
+pub fn bootstrap_within(strata: &[usize], seed: u64, statistic: impl Fn(&[usize]) -> Option<f64>) -> Option<Estimate> {
     let n: usize = strata.iter().sum();
     if n == 0 {
         return None;

@@ -35,13 +35,18 @@ pub fn sign_flip(differences: &[f64], seed: u64) -> Option<SignFlip> {
     if n <= EXACT {
         let vectors = 1_u32 << n;
         let sum = |signs: u32| -> f64 {
-            differences.iter().enumerate().map(|(k, difference)| if signs >> k & 1 == 0 { *difference } else { -difference }).sum()
+            differences
+                .iter()
+                .enumerate()
+                .map(|(k, difference)| if signs >> k & 1 == 0 { *difference } else { -difference })
+                .sum()
         };
         let as_far = (0..vectors).filter(|signs| sum(*signs).abs() >= observed).count();
         return Some(SignFlip { p: as_far as f64 / f64::from(vectors), least: 2.0 / f64::from(vectors) });
     }
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut flipped = || -> f64 { differences.iter().map(|difference| if rng.random() { *difference } else { -difference }).sum() };
+    let mut flipped =
+        || -> f64 { differences.iter().map(|difference| if rng.random() { *difference } else { -difference }).sum() };
     let as_far = (0..FLIPS).filter(|_| flipped().abs() >= observed).count();
     let least = 1.0 / f64::from(FLIPS + 1);
     Some(SignFlip { p: (as_far as f64 + 1.0) * least, least })
@@ -64,7 +69,15 @@ pub fn holm(p_values: &[f64]) -> Vec<f64> {
 /// The probability that a score of the first method is greater than one of the second, ties half, averaged over tasks
 /// (Agarwal et al. 2021). `None` where a task lacks scores.
 pub fn probability_of_improvement(tasks: &[(&[f64], &[f64])]) -> Option<f64> {
-    let better = |x: f64, y: f64| if x > y { 1.0 } else if x == y { 0.5 } else { 0.0 };
+    let better = |x: f64, y: f64| {
+        if x > y {
+            1.0
+        } else if x == y {
+            0.5
+        } else {
+            0.0
+        }
+    };
     let shares = tasks.iter().map(|(first, second)| {
         let pairs = first.len() * second.len();
         let sum: f64 = first.iter().flat_map(|x| second.iter().map(move |y| better(*x, *y))).sum();

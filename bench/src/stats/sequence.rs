@@ -35,9 +35,7 @@ mod tests {
     #[test]
     fn the_reference_values() {
         let score = sequence(&[vec![0.8], vec![0.6, 0.9]]).unwrap();
-        for (found, expected) in
-            [(score.forward, 0.85), (score.negative_backward.unwrap(), 0.20), (score.area, 0.80)]
-        {
+        for (found, expected) in [(score.forward, 0.85), (score.negative_backward.unwrap(), 0.20), (score.area, 0.80)] {
             assert!((found - expected).abs() < 1e-12, "{score:?}");
         }
         assert_eq!(sequence(&[vec![1.0], vec![1.0]]), None);

@@ -14,6 +14,7 @@ mod effort;
 mod group;
 mod growth;
 mod methods;
+mod paired;
 mod pooled;
 mod questions;
 mod retention;
@@ -25,8 +26,9 @@ pub use comparison::differs;
 pub use table::{Publication, Table};
 
 /// All publications, in order.
-pub const ALL: [&Publication; 7] = [
+pub const ALL: [&Publication; 8] = [
     &questions::QUESTIONS,
+    &paired::PAIRED,
     &effort::T1,
     &separate::T2,
     &edits::T3,

@@ -86,12 +86,7 @@ impl<L: Learner> Placement<L> for ByCluster<'_> {
         Vec::new()
     }
 
-    fn cluster(
-        &mut self,
-        update: &mut Update<'_, L>,
-        segment: SegmentId,
-        _: &[NodeId],
-    ) -> Result<Clusters, SituError> {
+    fn cluster(&mut self, update: &mut Update<'_, L>, segment: SegmentId, _: &[NodeId]) -> Result<Clusters, SituError> {
         let label = self.labels[segment.index as usize];
         let instance_of = update.model.node_of(*self.first.entry(label).or_insert(segment));
         Ok(Clusters { instance_of, groups: Vec::new(), matched_in: MatchedIn::None, compared: 0 })

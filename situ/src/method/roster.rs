@@ -5,11 +5,8 @@ use super::{Method, bp_ar_hmm, itmcd, keyframe_method, nearest, refinement};
 /// Every method, in the order of the tables.
 pub fn all() -> Vec<Box<dyn Method>> {
     let keyframe = keyframe_method::all().into_iter().map(|method| Box::new(method) as Box<dyn Method>);
-    let retraining: [Box<dyn Method>; 3] = [
-        Box::new(nearest::Nearest),
-        Box::new(bp_ar_hmm::BpArHmm::default()),
-        Box::new(itmcd::Itmcd::default()),
-    ];
+    let retraining: [Box<dyn Method>; 3] =
+        [Box::new(nearest::Nearest), Box::new(bp_ar_hmm::BpArHmm::default()), Box::new(itmcd::Itmcd::default())];
     keyframe.chain(retraining).chain(refinement::all()).collect()
 }
 
