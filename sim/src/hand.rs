@@ -7,8 +7,8 @@
 //!
 //! Where nothing is near the fingers there is nothing to press on, and the palm carries them: they are kinematic, move
 //! along their rails at the speed of the motors' target, and cost the solver nothing. They are dynamic again from the
-//! step on that follows the one in which the broad phase finds a neighbour: before anything touches them, or at most one
-//! step after that.
+//! step on that follows the one in which the broad phase finds a neighbour: before anything touches them, or at most
+//! one step after that.
 
 use nalgebra::{Translation3, Vector3};
 use rapier3d::geometry::{Group, InteractionGroups, InteractionTestMode};
