@@ -2,9 +2,8 @@
 
 Both sides get their scene from scenes.py and go through the same seconds: MuJoCo with our step of 1/240 s, and with its
 own of 2 ms, since 1/240 s is more than its documentation advises where something is grasped. Both put away what rests.
-Our side is the world as the tasks use it; its hand is always there, and costs some microseconds a step. Each side steps
-on one thread through a phase in a loop of its own language, from a copy of the state at the phase's start. The copying
-is not timed.
+Our side is the world as the tasks use it, and its hand is always there. Each side steps on one thread through a phase
+in a loop of its own language, from a copy of the state at the phase's start. The copying is not timed.
 
 First each way of MuJoCo (mujoco_world.py) does the whole scene once. Among those that get the scene right, by the
 limits below, the fastest of each step size is timed. A way that takes `PATIENCE` times as long as a right one is given

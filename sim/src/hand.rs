@@ -435,10 +435,10 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(24))]
 
-        /// Wherever the hand goes and whatever it comes upon, fingers are carried only while nothing touches them, and
-        /// they stay on their rails.
+        /// Wherever the hand goes and whatever it comes upon, fingers are not carried for a second step after something
+        /// touched them, and they stay on their rails.
         #[test]
-        fn fingers_are_carried_only_where_nothing_touches_them(
+        fn fingers_that_are_touched_are_not_carried(
             (x, y) in (-0.1..0.1f64, -0.1..0.1f64),
             yaw in -1.5..1.5f64,
             ways in prop::collection::vec(

@@ -1,4 +1,4 @@
-//! The tests of the harness in one program, but for the one that counts allocations.
+//! The tests of the harness from outside, in one program, but for the one that counts allocations.
 
 mod check;
 mod cost;

@@ -1,4 +1,5 @@
-//! All tests of the simulator in one program: what is generic is compiled once, and all cores are busy to the end.
+//! The simulator's tests from outside, in one program: what is generic is compiled once, and all cores are busy to the
+//! end.
 
 mod arm;
 mod camera;

@@ -1,4 +1,4 @@
-//! The tests of the learner in one program, but for the one that counts allocations.
+//! The tests of the learner from outside, in one program, but for the one that counts allocations.
 
 mod bp_ar_hmm;
 mod common;

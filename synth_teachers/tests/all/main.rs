@@ -1,4 +1,4 @@
-//! All tests of the teachers in one program.
+//! The tests of the teachers from outside, in one program.
 
 mod profiles;
 mod teachers;

@@ -1,4 +1,4 @@
-//! All tests of the tasks in one program.
+//! The tests of the tasks from outside, in one program.
 
 mod conformance;
 mod mistakes;
