@@ -8,11 +8,15 @@
 
 mod column;
 mod comparison;
+mod confidence;
 mod cost;
 mod edits;
 mod effort;
+mod endings;
 mod group;
 mod growth;
+mod headline;
+mod measure;
 mod methods;
 mod paired;
 mod pooled;
@@ -21,12 +25,14 @@ mod retention;
 mod rows;
 mod separate;
 mod table;
+mod teachers;
 
 pub use comparison::differs;
 pub use table::{Publication, Table};
 
 /// All publications, in order.
-pub const ALL: [&Publication; 8] = [
+pub const ALL: [&Publication; 12] = [
+    &headline::HEADLINE,
     &questions::QUESTIONS,
     &paired::PAIRED,
     &effort::T1,
@@ -34,7 +40,10 @@ pub const ALL: [&Publication; 8] = [
     &edits::T3,
     &cost::T4,
     &retention::T5,
+    &teachers::T6,
+    &confidence::T7,
     &methods::METHODS,
+    &endings::ENDINGS,
 ];
 
 /// The publication of a protocol of update cost alone.
