@@ -104,7 +104,7 @@ fn what_methods_must_say() {
 #[test]
 fn what_retention_must_say() {
     let t5 = csv_of(retention::T5, 0);
-    let stage = |name| field(&t5, "quick,pour,kitchen,2,vase,node-modification,competent,situ,1,1,10,", name);
+    let stage = |name| field(&t5, "quick,pour,kitchen,2,vase,node-modification,competent,situ,1,", name);
     assert_eq!([stage("original_after"), stage("earlier")], ["0.700000", "0.300000"]);
 }
 
@@ -152,7 +152,7 @@ fn what_paired_must_say() {
     // One unit ties and one gains 6 of 10; of four sign vectors all have a sum as far from 0.
     assert_eq!([of("success"), of("p_success"), of("least_p")], ["0.300000", "1.000000", "0.500000"]);
     assert_eq!(of("demonstrations"), "-3.000000");
-    assert_eq!(of("improvement"), "0.625000", "two of four pairs are ties, two are won: 10 and 10 against 10 and 4");
+    assert_eq!(of("improvement"), "0.750000", "10 and 10 against 10 and 4: two of four pairs are ties, two are won");
 }
 
 #[test]
@@ -194,7 +194,7 @@ fn what_cost_must_say() {
     let slopes = csv_of(cost::T4, 2);
     assert_eq!(field(&slopes, "quick,nodes,rebuild,edge-addition,nodes,", "hmm_fits"), "1.000000");
     assert_eq!(field(&slopes, "quick,nodes,situ,edge-addition,nodes,", "hmm_fits"), "0.000000");
-    assert_eq!(field(&slopes, "quick,nodes,situ,edge-addition,nodes,", "divergences"), "", "a cost of 0 has no slope");
+    assert!(!slopes.contains("divergences"), "a cost of 0 has no slope: {slopes}");
     let crossover = csv_of(cost::T4, 3);
     // 6 fits at every size and 6 for each node meet at one node, and so do one millisecond and one for each node. 3
     // classifiers and 3 are parallel.
