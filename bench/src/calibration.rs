@@ -38,7 +38,7 @@ const BINS: usize = 10;
 /// The choices whose probability is in one bin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Bin {
+pub struct ConfidenceBin {
     /// Choices.
     pub choices: u32,
     /// Those that were right.
@@ -50,19 +50,19 @@ pub struct Bin {
 /// The calibration over some rollouts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Calibration {
+pub struct BranchCalibration {
     /// The sum of the squared differences of probability and outcome, 1 for right and 0 for wrong.
     pub squares: f64,
     /// The bins, from low to high probability.
-    pub bins: Vec<Bin>,
+    pub bins: Vec<ConfidenceBin>,
 }
 
-impl Calibration {
+impl BranchCalibration {
     /// The calibration of these choices in a model with this graph and these skills of its nodes. Only places with two
     /// children or more have a choice. A choice is right where the child holds the skill that is due. `None` where
     /// there was no choice.
     pub fn of(choices: &[Choice], graph: &Graph, skills: &BTreeMap<NodeId, Arc<str>>) -> Option<Self> {
-        let mut calibration = Self { squares: 0.0, bins: vec![Bin::default(); BINS] };
+        let mut calibration = Self { squares: 0.0, bins: vec![ConfidenceBin::default(); BINS] };
         let mut is_empty = true;
         for Choice { last, child, probability, due } in choices {
             let is_branch = graph.edges.iter().filter(|(from, _)| from == last).nth(1).is_some();
@@ -96,7 +96,7 @@ impl Calibration {
 }
 
 /// The Brier score of pooled choices, 0 to 1 (Brier 1950); `None` where there is none.
-pub fn brier<'a>(of: impl Iterator<Item = &'a Calibration>) -> Option<f64> {
+pub fn brier<'a>(of: impl Iterator<Item = &'a BranchCalibration>) -> Option<f64> {
     let (squares, choices) =
         of.fold((0.0, 0), |(squares, choices), one| (squares + one.squares, choices + one.choices()));
     (choices > 0).then(|| squares / f64::from(choices))
@@ -104,7 +104,7 @@ pub fn brier<'a>(of: impl Iterator<Item = &'a Calibration>) -> Option<f64> {
 
 /// The expected calibration error of pooled choices, 0 to 1 (Naeini, Cooper and Hauskrecht 2015): the mean over choices
 /// of the difference, in their bin, of the mean probability and the share that was right. `None` where there is none.
-pub fn calibration_error<'a>(of: impl Iterator<Item = &'a Calibration>) -> Option<f64> {
+pub fn calibration_error<'a>(of: impl Iterator<Item = &'a BranchCalibration>) -> Option<f64> {
     let mut bins = [(0, 0.0); BINS];
     for calibration in of {
         for (sum, bin) in bins.iter_mut().zip(&calibration.bins) {
@@ -148,7 +148,7 @@ mod tests {
             choice(node(0), Place::End, 0.2, Due::End),
             choice(START, node(1), 0.5, Due::Unknown),
         ];
-        let found = Calibration::of(&choices, &graph, &skills).unwrap();
+        let found = BranchCalibration::of(&choices, &graph, &skills).unwrap();
         assert_eq!((found.choices(), found.right()), (4, 2));
         let squares = 0.05_f64.powi(2) + 0.91_f64.powi(2) + 0.62_f64.powi(2);
         assert!((found.squares - squares).abs() < 1e-12);
@@ -159,7 +159,7 @@ mod tests {
         let twice = [&found, &found];
         assert_eq!(brier(twice.into_iter()), brier([&found].into_iter()));
         assert!((calibration_error(twice.into_iter()).unwrap() - error).abs() < 1e-12);
-        assert_eq!(Calibration::of(&choices[4..], &graph, &skills), None);
+        assert_eq!(BranchCalibration::of(&choices[4..], &graph, &skills), None);
         assert_eq!((brier([].into_iter()), calibration_error([].into_iter())), (None, None));
     }
 }

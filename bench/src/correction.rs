@@ -264,8 +264,8 @@ impl<'a> Conditions<'a> {
     }
 }
 
-/// Whether a demonstration shows what changed: a skill that the original task has not, or does in another way. Where all
-/// skills are those of the original task, what changed is when each is due, and any of them shows it.
+/// Whether a demonstration shows what changed: a skill that the original task has not, or does in another way. Where
+/// all skills are those of the original task, what changed is when each is due, and any of them shows it.
 fn shows_change(setting: &Setting, demonstration: &Demonstration) -> bool {
     let new: BTreeSet<&str> =
         setting.skills.iter().filter(|skill| !setting.is_original(skill)).map(|skill| &*skill.name).collect();

@@ -122,11 +122,12 @@ pub struct Protocol {
 }
 
 /// The protocols that come with the program.
-const BUILTIN: [(&str, &str); 7] = [
+const BUILTIN: [(&str, &str); 8] = [
     ("quick", include_str!("../protocols/quick.toml")),
     ("families", include_str!("../protocols/families.toml")),
     ("methods", include_str!("../protocols/methods.toml")),
     ("ablations", include_str!("../protocols/ablations.toml")),
+    ("teachers", include_str!("../protocols/teachers.toml")),
     ("cost", include_str!("../protocols/cost.toml")),
     ("latency", include_str!("../protocols/latency.toml")),
     ("paper", include_str!("../protocols/paper.toml")),

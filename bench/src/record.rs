@@ -14,7 +14,7 @@ use situ::structure::Structure;
 use situ::trace::{Branch, Counters, MatchedIn, Step};
 use situ_teachers::TeachingEffort;
 
-use crate::calibration::Calibration;
+use crate::calibration::BranchCalibration;
 use crate::held_out::HeldOut;
 
 /// The version of the ledger's lines.
@@ -291,7 +291,7 @@ pub struct RunRecord {
     pub pooled: Option<Pooled>,
     /// The calibration at the branches of the rollouts of `after`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub calibration: Option<Calibration>,
+    pub calibration: Option<BranchCalibration>,
     /// The likelihood of a demonstration of the changed task that was given to nobody.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held_out: Option<HeldOut>,

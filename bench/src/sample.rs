@@ -6,7 +6,7 @@ use situ::edit::Edit;
 use situ::structure::{Agreement, Structure};
 use situ::trace::{Branch, Counters, MatchedIn};
 
-use crate::calibration::{Bin, Calibration};
+use crate::calibration::{BranchCalibration, ConfidenceBin};
 use crate::held_out::HeldOut;
 use crate::record::{
     CorrectionRecord, CostRecord, Key, Outcome, Pooled, Rate, Record, RunRecord, Stage, StepSummary, TotalEffort,
@@ -89,10 +89,10 @@ fn run(method: &str, seed: u64, outcome: Outcome, demonstrations: u32, made: &[E
 }
 
 /// Ten choices of probability 0.9, so many of them right.
-fn calibration(right: u32) -> Calibration {
-    let mut bins = vec![Bin::default(); 10];
-    bins[9] = Bin { choices: 10, right, probability: 9.0 };
-    Calibration { squares: 0.01 * f64::from(right) + 0.81 * f64::from(10 - right), bins }
+fn calibration(right: u32) -> BranchCalibration {
+    let mut bins = vec![ConfidenceBin::default(); 10];
+    bins[9] = ConfidenceBin { choices: 10, right, probability: 9.0 };
+    BranchCalibration { squares: 0.01 * f64::from(right) + 0.81 * f64::from(10 - right), bins }
 }
 
 fn structure(nodes: u32, duplicates: u32, missed: u64) -> Structure {

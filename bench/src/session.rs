@@ -7,7 +7,7 @@ use situ::demonstration::Demonstration;
 use situ::method::{self, Learned, Method, Role};
 use situ_tasks::Setting;
 
-use crate::calibration::Calibration;
+use crate::calibration::BranchCalibration;
 use crate::conditions::Conditions;
 use crate::correction::Robot;
 use crate::error::BenchError;
@@ -37,7 +37,7 @@ struct Taught {
     /// Whether the teacher gave up.
     gave_up: bool,
     /// The calibration of the model in the rollouts of `fresh`.
-    calibration: Option<Calibration>,
+    calibration: Option<BranchCalibration>,
 }
 
 impl Conditions<'_> {
@@ -226,7 +226,10 @@ impl Conditions<'_> {
             }
             () if self.is_reached(&last) => Outcome::Reached,
             () if gave_up => Outcome::GaveUp {
-                why: format!("the teacher could not show the way after {} demonstrations", run.effort.demonstrations),
+                why: format!(
+                    "the teacher could not show the way any more: {} tries for {} demonstrations",
+                    run.effort.tries, run.effort.demonstrations
+                ),
             },
             () => Outcome::Censored,
         };
@@ -273,8 +276,8 @@ fn judge(
     evaluation: &Evaluation,
     before: &Uncorrected,
     run: &mut RunRecord,
-) -> Option<Calibration> {
+) -> Option<BranchCalibration> {
     run.held_out = before.held_out.as_ref().and_then(|demonstration| HeldOut::of(model, demonstration));
     let graph = model.graph();
-    Calibration::of(&evaluation.choices, &graph, &lesson.skills(&graph))
+    BranchCalibration::of(&evaluation.choices, &graph, &lesson.skills(&graph))
 }

@@ -6,7 +6,7 @@ use super::measure::{cell, median, of_runs, units, variations};
 use super::pooled::{pooled_by, pooled_ratio};
 use super::rows::{self, MethodKey, method_columns, method_key, rows};
 use super::table::{Publication, Table, Title};
-use crate::calibration::{Calibration, brier, calibration_error};
+use crate::calibration::{BranchCalibration, brier, calibration_error};
 use crate::ledger::Canonical;
 use crate::record::{Record, RunRecord};
 
@@ -32,7 +32,7 @@ const TITLE: Title = Title {
 
 type Row<'a> = rows::Row<MethodKey<'a>, &'a RunRecord>;
 
-fn calibrations<'a>(row: &Row<'a>) -> Vec<(&'a RunRecord, &'a Calibration)> {
+fn calibrations<'a>(row: &Row<'a>) -> Vec<(&'a RunRecord, &'a BranchCalibration)> {
     row.of.iter().filter_map(|run| Some((*run, run.calibration.as_ref()?))).collect()
 }
 
@@ -43,7 +43,7 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
         .count("variations", |row| variations(row.of.iter().copied()))
         .count("choices", |row| calibrations(row).iter().map(|(_, one)| one.choices() as usize).sum::<usize>())
         .column("accuracy", Shape::Pooled(2), |row| {
-            let pair = |(run, one): (_, &Calibration)| (run, (f64::from(one.right()), f64::from(one.choices())));
+            let pair = |(run, one): (_, &BranchCalibration)| (run, (f64::from(one.right()), f64::from(one.choices())));
             let of: Vec<_> = calibrations(row).into_iter().map(pair).collect();
             cell(pooled_ratio(&of, row.seed("accuracy")), Bound::Exact)
         })

@@ -46,6 +46,9 @@ pub const ALL: [&Publication; 12] = [
     &endings::ENDINGS,
 ];
 
+/// Those that a run prints; the others are in its folder.
+pub const FIRST: [&Publication; 3] = [&headline::HEADLINE, &questions::QUESTIONS, &paired::PAIRED];
+
 /// The publication of a protocol of update cost alone.
 pub const COST: &Publication = &cost::T4;
 

@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use situ::method::Role;
+
 use super::column::{Bound, Cell, Columns, Shape, some};
 use super::measure::{cell, share, units};
 use super::pooled::{Pooled, pooled_by, pooled_ratio, unit_means};
-use super::rows::{MethodName, rows};
+use super::rows::{MethodName, role, rows};
 use super::table::{Publication, Table, Title};
 use crate::ledger::Canonical;
 use crate::record::{Record, RunRecord};
@@ -38,9 +40,7 @@ type Measure = (&'static str, [&'static str; 3], fn(&RunRecord) -> Option<f64>);
 
 const MEASURES: [Measure; 3] = [
     ("success", ["success", "p_success", "Holm_success"], |run| share(run.after)),
-    ("demonstrations", ["demonstrations", "p_demonstrations", "Holm_demonstrations"], |run| {
-        Some(f64::from(run.charged()))
-    }),
+    ("demonstrations", ["demonstrations", "p_demonstrations", "Holm_demonstrations"], demonstrations),
     ("original", ["original", "p_original", "Holm_original"], |run| share(run.retained)),
 ];
 
@@ -63,6 +63,11 @@ struct Row<'a> {
     improvement: Cell,
     /// One for each measure.
     tested: Vec<Option<Tested>>,
+}
+
+/// What counts as the demonstrations that a run took; `None` of a control, which is taught nothing.
+fn demonstrations(run: &RunRecord) -> Option<f64> {
+    (role(&run.key.method) != Role::Control).then(|| f64::from(run.charged()))
 }
 
 /// A difference of a measure over pairs, SITU's run first.

@@ -158,8 +158,7 @@ impl<'a, K> Compared<'a, K> {
     }
 }
 
-/// And a column for each outcome that says nothing about the method, and for the runs that ended with a teacher who gave
-/// up.
+/// And a column for each outcome that says nothing about the method, and for the runs whose teacher gave up.
 pub(super) fn uncounted<'a, K>(columns: Columns<'a, Compared<'a, K>>) -> Columns<'a, Compared<'a, K>> {
     columns
         .count("not_applicable", |row| row.outcomes(|outcome| *outcome == Outcome::NotApplicable))

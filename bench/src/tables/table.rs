@@ -24,8 +24,8 @@ impl Publication {
         (self.tables)(records).into_iter().filter(|table| !table.is_empty()).collect()
     }
 
-    /// Its files of these records, each with its name; none where no table has a row. `ledgers` are the words that name the records on the command
-    /// line.
+    /// Its files of these records, each with its name; none where no table has a row. `ledgers` are the words that name
+    /// the records on the command line.
     pub fn files(&self, records: &Canonical, ledgers: &str) -> Vec<(String, String)> {
         let tables = self.tables(records);
         if tables.is_empty() {
