@@ -13,6 +13,7 @@ mod edits;
 mod effort;
 mod group;
 mod growth;
+mod heading;
 mod methods;
 mod paired;
 mod pooled;
@@ -23,6 +24,7 @@ mod separate;
 mod table;
 
 pub use comparison::differs;
+pub use heading::Heading;
 pub use table::{Publication, Table};
 
 /// All publications, in order.

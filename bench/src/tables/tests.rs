@@ -5,15 +5,19 @@ use proptest::prelude::*;
 use crate::ledger::Canonical;
 use crate::record::{CostRecord, Record};
 use crate::sample;
-use crate::tables::{ALL, Publication, cost, edits, effort, methods, retention, separate};
+use crate::tables::{ALL, Heading, Publication, cost, edits, effort, methods, retention, separate};
 
 fn canonical() -> Canonical {
     Canonical::from(sample::records())
 }
 
 fn all_text(records: &Canonical) -> String {
+    let [ledgers, revision] = ["quick.jsonl", "Revision: unknown"].map(str::to_owned);
+    let heading = Heading { ledgers, revision, superseded: None };
     let tables = ALL.iter().flat_map(|publication| publication.tables(records));
-    tables.map(|table| table.to_markdown("situ-bench tables quick.jsonl") + "\n" + &table.to_csv() + "\n").collect()
+    tables
+        .map(|table| table.to_markdown(&heading, "situ-bench tables quick.jsonl") + "\n" + &table.to_csv() + "\n")
+        .collect()
 }
 
 #[test]
