@@ -16,7 +16,6 @@
 //! version, whichever of its cells they hold.
 
 use std::collections::BTreeMap;
-use std::fmt::Write;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -26,7 +25,7 @@ use sha2::{Digest, Sha256};
 
 use crate::error::BenchError;
 use crate::machine::Machine;
-use crate::program::{self, UNKNOWN};
+use crate::program::{self, UNKNOWN, checkout};
 use crate::protocol::Protocol;
 use crate::record::SCHEMA;
 
@@ -43,7 +42,7 @@ const HEAD: &str = "# What made this ledger, and of what. situ-bench writes this
 pub struct Provenance {
     /// The benchmark version.
     pub benchmark: String,
-    /// The program's revision ([`program::REVISION`]).
+    /// The program's revision ([`program::revision`]).
     pub revision: String,
     /// The hash of the program's sources ([`program::SOURCES`]).
     pub sources: String,
@@ -113,10 +112,7 @@ pub struct Manifest {
 
 /// The hash of a file's content.
 pub fn hash(content: impl AsRef<[u8]>) -> String {
-    Sha256::digest(content).iter().fold(String::new(), |mut text, byte| {
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
+    checkout::hex(&Sha256::digest(content))
 }
 
 /// The path of the manifest beside a ledger.
@@ -145,7 +141,7 @@ impl Manifest {
         }
         let provenance = Provenance {
             benchmark: hash(version),
-            revision: program::REVISION.to_owned(),
+            revision: program::revision(),
             sources: program::SOURCES.to_owned(),
             lock: program::LOCK.to_owned(),
             toolchain: program::TOOLCHAIN.to_owned(),

@@ -1,10 +1,11 @@
-//! What this program was built of, as the build script found it. What it could not find is [`UNKNOWN`].
+//! What this program was built of. What cannot be known is [`UNKNOWN`].
+
+use std::path::Path;
+
+pub(crate) mod checkout;
 
 /// What is said of something that cannot be known.
 pub const UNKNOWN: &str = "unknown";
-/// The last commit that changed the program's sources, followed by `, changed` where the files were not those of the
-/// commit. Commits of results, tests and prose make no other program. Unknown outside a repository.
-pub const REVISION: &str = env!("SITU_REVISION");
 /// The SHA-256 of all files that the program was built of, `Cargo.lock` among them, in hexadecimal digits. Where two
 /// programs have the same, they are of the same code, whether it was committed or not.
 pub const SOURCES: &str = env!("SITU_SOURCES");
@@ -14,3 +15,16 @@ pub const LOCK: &str = env!("SITU_LOCK");
 pub const TOOLCHAIN: &str = env!("SITU_TOOLCHAIN");
 /// The target triple.
 pub const TARGET: &str = env!("SITU_TARGET");
+
+/// The last commit that changed the program's sources, followed by `, changed` where the files were not those of the
+/// commit; `unknown` outside a repository. Commits of results, tests and prose make no other program.
+///
+/// A commit is no reason to build the program again. So the workspace is asked once more: while it holds the files that
+/// the program was built of, its revision is the program's. Where they have changed, or are not on this machine, what
+/// counts is the revision when the program was built.
+pub fn revision() -> String {
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
+    let is_built_of = checkout::sources(root).is_some_and(|sources| sources == SOURCES);
+    let now = if is_built_of { checkout::revision(root) } else { None };
+    now.unwrap_or_else(|| env!("SITU_REVISION").to_owned())
+}

@@ -16,9 +16,9 @@ use crate::error::BenchError;
 use crate::files;
 use crate::ledger::{self, Canonical, Ledger};
 use crate::manifest::{self, Manifest, Provenance};
-use crate::mixture::{self, Mixture};
 use crate::plan::{Filter, Plan};
 use crate::protocol::Protocol;
+use crate::provenances::{self, Provenances};
 use crate::runner::{Progress, Runner};
 use crate::spending::Spending;
 use crate::tables::{self, Publication};
@@ -26,10 +26,10 @@ use crate::tables::{self, Publication};
 /// Runs a protocol: teaches tasks, changes them, corrects the models, and compares the methods.
 #[derive(Args, Clone, Debug, Default)]
 #[command(
-    after_long_help = "What makes the runs, and of what, is in DIR/manifest.toml before the first of them. Every finished \
-        run is one line of DIR/ledger.jsonl, written as it finishes. Where the program was interrupted, --resume goes \
-        on. At the end the ledger is put in order, and its tables are written beside \
-        it. Whatever the number of threads, the same seed gives the same records, except for the times.
+    after_long_help = "DIR/manifest.toml says what makes the runs, and of what; it is there before the first of them. \
+        Every finished run is one line of DIR/ledger.jsonl, written as it finishes. Where the program was interrupted, \
+        --resume goes on. At the end the ledger is put in order, and its tables are written beside it. Whatever the \
+        number of threads, the same seed gives the same records, except for the times.
 
 Examples:
   situ-bench run
@@ -141,7 +141,7 @@ impl Run {
         let path = self.ledger(protocol, &folder)?;
         let records = Canonical::from(ledger::read(&path)?.records);
         let command = Path::new(&protocol.name).join(LEDGER);
-        let heading = Mixture::of(std::slice::from_ref(&path), false)?.heading(&command.display().to_string());
+        let heading = Provenances::of(std::slice::from_ref(&path), false)?.heading(&command.display().to_string());
         let tables: Vec<(String, String)> = tables.iter().flat_map(|table| table.files(&records, &heading)).collect();
         let markdown = tables.iter().filter(|(name, _)| name.ends_with(".md"));
         let printed = markdown.map(|(_, text)| format!("{text}\n")).collect();
@@ -239,7 +239,7 @@ impl Run {
         }
         if !self.mixed {
             let ledger = ledger.display().to_string();
-            return Err(mixture::disagree(&ledger, &provenance, "this run", &here.provenance));
+            return Err(provenances::disagree(&ledger, &provenance, "this run", &here.provenance));
         }
         let (mut manifest, other) = match former {
             Some(former) => (former, here.provenance),

@@ -12,8 +12,8 @@ use crate::error::BenchError;
 use crate::files;
 use crate::machine::Machine;
 use crate::manifest::{self, Manifest, ProtocolStamp, Provenance};
-use crate::mixture::Mixture;
 use crate::program::UNKNOWN;
+use crate::provenances::Provenances;
 
 /// Says of a folder of results that it has been overtaken, and why: in its manifest and in the heading of each table.
 #[derive(Args, Clone, Debug)]
@@ -56,7 +56,7 @@ impl Supersede {
         let former = Manifest::read(&manifest::beside(&ledger))?;
         let manifest = former.map_or_else(|| unknown(&self.folder), Ok)?;
         let manifest = Manifest { superseded: Some(why.to_owned()), ..manifest };
-        let heading = Mixture::from(manifest.clone()).heading("");
+        let heading = Provenances::from(manifest.clone()).heading("");
         let mut outputs = vec![(manifest::beside(&ledger), manifest.text())];
         for path in markdown(&self.folder)? {
             let text = read(&path)?;

@@ -11,7 +11,7 @@ use crate::program;
 pub struct Origin {
     /// The machine's processor, in its own words.
     pub machine: String,
-    /// The revision of the code ([`program::REVISION`]).
+    /// The revision of the code ([`program::revision`]).
     pub revision: String,
     /// The compiler, in its own words.
     pub toolchain: String,
@@ -27,7 +27,7 @@ impl Origin {
     pub fn here() -> Self {
         Self {
             machine: Machine::here().processor,
-            revision: program::REVISION.to_owned(),
+            revision: program::revision(),
             toolchain: program::TOOLCHAIN.to_owned(),
             target: program::TARGET.to_owned(),
             vectors: situ::vector::kind().to_owned(),

@@ -66,8 +66,8 @@ mod tests {
         let text = format!("## T\n\n{old}\n\nRecords: a note.\n\n| a |\n");
         let first = heading("Revision: unknown", Some("One reason."));
         let marked = first.mark(&text);
-        let line = "Protocol: `quick`. Revision: unknown. Records: 54. Made by `situ-bench tables a.jsonl --table t4`; do \
-                    not edit. **Superseded**: One reason.";
+        let line = "Protocol: `quick`. Revision: unknown. Records: 54. Made by `situ-bench tables a.jsonl --table t4`; \
+                    do not edit. **Superseded**: One reason.";
         assert_eq!(marked, text.replace(old, line));
         assert_eq!(first.mark(&marked), marked);
         let second = heading("Revisions, mixed: `a`; `b`", None);

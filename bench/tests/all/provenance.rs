@@ -1,5 +1,5 @@
-//! Where ledgers are from, by the program itself: the manifest of a run, ledgers that do not mix without being told, and
-//! folders that have been overtaken. The hashes are held against those that `sha256sum` prints, where there is one.
+//! Where ledgers are from, by the program itself: the manifest of a run, ledgers that do not mix without being told,
+//! and folders that have been overtaken. The hashes are held against those that `sha256sum` prints, where there is one.
 
 use std::fs;
 use std::path::Path;
@@ -119,8 +119,8 @@ fn a_manifest_says_what_made_the_folder() {
     assert_eq!(*benchmark, of(&folder.join("version")));
 }
 
-/// Shards of one protocol mix. Another benchmark version, another program and a ledger without a manifest do not, unless
-/// that is permitted; then every table says so.
+/// Shards of one protocol mix. Another benchmark version, another program and a ledger without a manifest do not,
+/// unless that is permitted; then every table says so.
 #[test]
 fn ledgers_of_different_provenance_do_not_mix_without_being_told() {
     let temporary = tempfile::tempdir().unwrap();

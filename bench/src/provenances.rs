@@ -9,27 +9,27 @@ use crate::tables::Heading;
 
 /// The provenances of some ledgers.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Mixture {
+pub struct Provenances {
     /// Each that no other agrees with.
-    provenances: Vec<Provenance>,
+    each: Vec<Provenance>,
     /// Why some of the ledgers have been overtaken.
     superseded: Vec<String>,
 }
 
-impl Mixture {
+impl Provenances {
     /// Of these ledgers, by the manifests beside them. A ledger without one is of unknown provenance.
     ///
     /// # Errors
     /// [`BenchError::Provenance`] where two ledgers do not agree and this is not permitted; as [`Manifest::read`].
     pub fn of(ledgers: &[PathBuf], is_permitted: bool) -> Result<Self, BenchError> {
-        let mut mixture = Self::default();
+        let mut all = Self::default();
         for (index, ledger) in ledgers.iter().enumerate() {
             if ledgers[..index].contains(ledger) {
                 continue;
             }
             let manifest = Manifest::read(&manifest::beside(ledger))?;
             let provenance = manifest.as_ref().map_or_else(Provenance::unknown, |manifest| manifest.provenance.clone());
-            if let Some(first) = mixture.provenances.first()
+            if let Some(first) = all.each.first()
                 && !is_permitted
                 && !first.agrees_with(&provenance)
             {
@@ -37,11 +37,11 @@ impl Mixture {
                 return Err(disagree(&one, first, &other, &provenance));
             }
             match manifest {
-                Some(manifest) => mixture.add_all(manifest),
-                None => mixture.add(provenance),
+                Some(manifest) => all.add_all(manifest),
+                None => all.add(provenance),
             }
         }
-        Ok(mixture)
+        Ok(all)
     }
 
     fn add_all(&mut self, manifest: Manifest) {
@@ -55,20 +55,20 @@ impl Mixture {
 
     fn add(&mut self, provenance: Provenance) {
         let is_known = |known: &Provenance| *known == provenance || known.agrees_with(&provenance);
-        if !self.provenances.iter().any(is_known) {
-            self.provenances.push(provenance);
+        if !self.each.iter().any(is_known) {
+            self.each.push(provenance);
         }
     }
 
     /// What the headings of tables say of it. `ledgers` are the words that name the records on the command line.
     pub fn heading(&self, ledgers: &str) -> Heading {
-        let mut revisions: Vec<String> = self.provenances.iter().map(said).collect();
+        let mut revisions: Vec<String> = self.each.iter().map(said).collect();
         revisions.sort();
         revisions.dedup();
-        let mut versions: Vec<String> = self.provenances.iter().map(|provenance| code(&provenance.benchmark)).collect();
+        let mut versions: Vec<String> = self.each.iter().map(|provenance| code(&provenance.benchmark)).collect();
         versions.sort();
         versions.dedup();
-        let mut revision = match self.provenances.len() {
+        let mut revision = match self.each.len() {
             0 | 1 => format!("Revision: {}", revisions.join("; ")),
             _ => format!("Revisions, mixed: {}", revisions.join("; ")),
         };
@@ -80,12 +80,12 @@ impl Mixture {
     }
 }
 
-impl From<Manifest> for Mixture {
+impl From<Manifest> for Provenances {
     /// Of the ledger beside a manifest.
     fn from(manifest: Manifest) -> Self {
-        let mut mixture = Self::default();
-        mixture.add_all(manifest);
-        mixture
+        let mut all = Self::default();
+        all.add_all(manifest);
+        all
     }
 }
 
