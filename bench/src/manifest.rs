@@ -33,8 +33,8 @@ use crate::record::SCHEMA;
 pub const FILE: &str = "manifest.toml";
 
 /// How the file begins.
-const HEAD: &str = "# What made this ledger, and of what. situ-bench writes this file before the first run; do not \
-                    edit.\n# A hash is what sha256sum prints.\n\n";
+const HEAD: &str = "# What made this ledger, and of what. Written by situ-bench, never by hand. A hash is what sha256sum\n\
+                    # prints.\n\n";
 
 /// What records must share before they stand in one table without a word.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -100,10 +100,10 @@ pub struct Manifest {
     /// The machine that the first run was begun on.
     pub machine: Machine,
     /// The hash of each task's file, by the task's name.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub tasks: BTreeMap<String, String>,
     /// The hash of each teacher's file, by the teacher's name.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub teachers: BTreeMap<String, String>,
     /// What else added records, where that was permitted.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
