@@ -33,8 +33,8 @@ use crate::record::SCHEMA;
 pub const FILE: &str = "manifest.toml";
 
 /// How the file begins.
-const HEAD: &str = "# What made this ledger, and of what. Written by situ-bench, never by hand. A hash is what sha256sum\n\
-                    # prints.\n\n";
+const HEAD: &str = "# What made this ledger, and of what. Written by situ-bench, never by hand. Hashes are as \
+                    sha256sum prints them.\n\n";
 
 /// What records must share before they stand in one table without a word.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -220,7 +220,7 @@ mod tests {
         assert_eq!(manifest.text(), Manifest::read(&path).unwrap().unwrap().text(), "the same bytes");
         fs::write(&path, manifest.text().replace("plant = \"arm\"", "plant = 3")).unwrap();
         let error = Manifest::read(&path).unwrap_err();
-        assert!(error.to_string().contains("manifest.toml:6: ") && error.exit_status() == 2, "{error}");
+        assert!(error.to_string().contains("manifest.toml:5: ") && error.exit_status() == 2, "{error}");
     }
 
     /// Each part of the version, changed, is another version. What does not belong to it, changed, is none.

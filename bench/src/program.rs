@@ -28,3 +28,66 @@ pub fn revision() -> String {
     let now = if is_built_of { checkout::revision(root) } else { None };
     now.unwrap_or_else(|| env!("SITU_REVISION").to_owned())
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::process::Command;
+
+    use super::*;
+
+    #[test]
+    fn every_file_of_the_program_counts_and_no_other() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path();
+        assert_eq!(checkout::sources(root), None, "no file");
+        let write = |name: &str, text: &str| {
+            fs::create_dir_all(root.join(name).parent().unwrap()).unwrap();
+            fs::write(root.join(name), text).unwrap();
+            checkout::sources(root).expect("some files")
+        };
+        let first = write("situ/src/deep/a.rs", "a");
+        for (name, text) in [("situ/src/deep/a.rs", "b"), ("situ/src/deep/b.rs", ""), ("Cargo.lock", "")] {
+            assert_ne!(write(name, text), first, "{name}");
+        }
+        let all = checkout::sources(root).unwrap();
+        for name in ["results/quick/t1.md", "README.md", "bench/tests/all/a.rs", "situ/src/.a.rs.swp"] {
+            assert_eq!(write(name, "a"), all, "{name}");
+        }
+    }
+
+    /// A revision is the last commit that changed the program. An archive has none, wherever it is unpacked.
+    #[test]
+    fn a_revision_is_the_last_commit_of_the_program() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path();
+        let git = |words: &[&str]| {
+            let identity = ["-c", "user.name=a", "-c", "user.email=a@b", "-c", "commit.gpgsign=false"];
+            let output = Command::new("git").arg("-C").arg(root).args(identity).args(words).output();
+            output.map(|output| String::from_utf8(output.stdout).unwrap().trim().to_owned())
+        };
+        if git(&["init", "--quiet"]).is_err() {
+            eprintln!("there is no git here: nothing is tested");
+            return;
+        }
+        let commit = |name: &str, text: &str| {
+            fs::create_dir_all(root.join(name).parent().unwrap()).unwrap();
+            fs::write(root.join(name), text).unwrap();
+            git(&["add", "--all"]).unwrap();
+            git(&["commit", "--quiet", "--message", name]).unwrap();
+            git(&["rev-parse", "HEAD"]).unwrap()
+        };
+        assert_eq!(checkout::revision(root), None, "no commit");
+        let first = commit("tasks/src/a.rs", "1");
+        assert_eq!(checkout::revision(root).as_ref(), Some(&first));
+        let second = commit("results/t1.md", "1");
+        assert!(first != second && checkout::revision(root).as_ref() == Some(&first), "results are no program");
+        fs::write(root.join("results/t1.md"), "2").unwrap();
+        assert_eq!(checkout::revision(root).as_ref(), Some(&first), "nor are changed ones");
+        fs::write(root.join("tasks/src/b.rs"), "").unwrap();
+        assert_eq!(checkout::revision(root), Some(format!("{first}, changed")), "a file that no commit has");
+        let third = commit("tasks/src/a.rs", "2");
+        assert_eq!(checkout::revision(root), Some(third));
+        assert_eq!(checkout::revision(&root.join("tasks")), None, "an archive inside another repository");
+    }
+}

@@ -1,5 +1,6 @@
 //! Of what provenance the ledgers of a table are: of one, or of several that somebody wanted mixed.
 
+use std::fs;
 use std::path::PathBuf;
 
 use crate::error::BenchError;
@@ -20,13 +21,15 @@ impl Provenances {
     /// Of these ledgers, by the manifests beside them. A ledger without one is of unknown provenance.
     ///
     /// # Errors
-    /// [`BenchError::Provenance`] where two ledgers do not agree and this is not permitted; as [`Manifest::read`].
+    /// [`BenchError::Provenance`] where two ledgers do not agree and this is not permitted; [`BenchError::Read`]
+    /// where a ledger is not there; as [`Manifest::read`].
     pub fn of(ledgers: &[PathBuf], is_permitted: bool) -> Result<Self, BenchError> {
         let mut all = Self::default();
         for (index, ledger) in ledgers.iter().enumerate() {
             if ledgers[..index].contains(ledger) {
                 continue;
             }
+            fs::metadata(ledger).map_err(|source| BenchError::Read { path: ledger.clone(), source })?;
             let manifest = Manifest::read(&manifest::beside(ledger))?;
             let provenance = manifest.as_ref().map_or_else(Provenance::unknown, |manifest| manifest.provenance.clone());
             if let Some(first) = all.each.first()
