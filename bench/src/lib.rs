@@ -11,6 +11,7 @@
 //! How to add a method, a task, a teacher or a table: [`extending`]. A task from nothing, step by step: [`tutorial`].
 
 pub mod archive;
+pub mod calibration;
 pub mod cmd;
 pub mod conditions;
 pub mod correction;
@@ -27,6 +28,7 @@ pub mod evaluation;
 pub mod extending {}
 pub mod files;
 pub mod gate;
+pub mod held_out;
 mod json_lines;
 pub mod ledger;
 pub mod lesson;
@@ -39,6 +41,7 @@ pub mod program;
 pub mod protocol;
 pub mod provenances;
 pub mod record;
+pub mod retrieval;
 pub mod rollout;
 pub mod runner;
 #[cfg(test)]

@@ -16,7 +16,7 @@ pub struct Budget {
     pub least_originals: u32,
     /// Original demonstrations at the most. A seed that needs more is `untaught`.
     pub originals: u32,
-    /// Demonstrations of the changed task at the most: corrections, or full ones to a method that is taught from scratch.
+    /// Demonstrations of the changed task at the most: corrections, or full ones where a method is taught from scratch.
     pub demonstrations: u32,
 }
 
