@@ -147,7 +147,7 @@ fn ledgers_of_different_provenance_do_not_mix_without_being_told() {
         assert!(named.iter().chain(differing).all(|word| error.contains(word)), "{differing:?}: {error}");
         let text = printed(folder, &permitted);
         let headings = headings(&text);
-        assert!(headings.len() > 2 && headings.iter().all(|line| line.contains(said)), "{said}: {headings:#?}");
+        assert!(!headings.is_empty() && headings.iter().all(|line| line.contains(said)), "{said}: {headings:#?}");
         fs::write(two.join("manifest.toml"), &whole).unwrap();
     };
     let another = "0123456789abcdef0123456789abcdef01234567".to_owned();
