@@ -51,7 +51,9 @@ fn parse(line: &str) -> Result<Record, String> {
     let Value::Object(mut fields) = value else { return Err("expected an object".to_owned()) };
     match fields.remove("schema") {
         Some(Value::Number(schema)) if schema.as_u64() == Some(SCHEMA) => {}
-        Some(other) => return Err(format!("key `schema`: this program reads version {SCHEMA}, found {other}")),
+        Some(other) => {
+            return Err(format!("key `schema`: this program reads version {SCHEMA}, found {other}: make it anew"));
+        }
         None => return Err(format!("key `schema` is missing, expected {SCHEMA}")),
     }
     let kind = fields.remove("kind");

@@ -15,6 +15,7 @@ mod effort;
 mod endings;
 mod group;
 mod growth;
+mod heading;
 mod headline;
 mod measure;
 mod methods;
@@ -28,6 +29,7 @@ mod table;
 mod teachers;
 
 pub use comparison::differs;
+pub use heading::Heading;
 pub use table::{Publication, Table};
 
 /// All publications, in order.

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use super::column::{Cell, Columns, Head, Shape};
+use super::heading::Heading;
 use crate::ledger::Canonical;
 use crate::stats;
 
@@ -24,21 +25,21 @@ impl Publication {
         (self.tables)(records).into_iter().filter(|table| !table.is_empty()).collect()
     }
 
-    /// Its files of these records, each with its name; none where no table has a row. `ledgers` are the words that name
-    /// the records on the command line.
-    pub fn files(&self, records: &Canonical, ledgers: &str) -> Vec<(String, String)> {
+    /// Its files of these records, each with its name; none where no table has a row. `heading` says where the records
+    /// are from.
+    pub fn files(&self, records: &Canonical, heading: &Heading) -> Vec<(String, String)> {
         let tables = self.tables(records);
         if tables.is_empty() {
             return Vec::new();
         }
         let csv = tables.iter().map(|table| (format!("{}.csv", table.id()), table.to_csv()));
-        [(format!("{}.md", self.name), self.markdown(&tables, ledgers))].into_iter().chain(csv).collect()
+        [(format!("{}.md", self.name), self.markdown(&tables, heading))].into_iter().chain(csv).collect()
     }
 
-    /// Its Markdown. `ledgers` are the words that name the records on the command line.
-    fn markdown(&self, tables: &[Table], ledgers: &str) -> String {
-        let command = format!("situ-bench tables {ledgers} --table {}", self.name);
-        tables.iter().map(|table| table.to_markdown(&command)).collect::<Vec<_>>().join("\n")
+    /// Its Markdown.
+    fn markdown(&self, tables: &[Table], heading: &Heading) -> String {
+        let command = format!("situ-bench tables {} --table {}", heading.ledgers, self.name);
+        tables.iter().map(|table| table.to_markdown(heading, &command)).collect::<Vec<_>>().join("\n")
     }
 }
 
@@ -109,14 +110,12 @@ impl Table {
         self.rows.is_empty()
     }
 
-    /// The table in Markdown; `command` makes it again.
-    pub fn to_markdown(&self, command: &str) -> String {
+    /// The table in Markdown, below a heading; `command` makes it again.
+    pub fn to_markdown(&self, heading: &Heading, command: &str) -> String {
         let protocols = self.protocols.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
         let protocols = if protocols.is_empty() { "none".to_owned() } else { protocols };
-        let mut text = format!(
-            "## {}\n\nProtocol: {protocols}. Records: {}. Made by `{command}`; do not edit.\n\n{}\n\n",
-            self.title.text, self.records, self.title.note
-        );
+        let line = heading.line(&protocols, self.records, command);
+        let mut text = format!("## {}\n\n{line}\n\n{}\n\n", self.title.text, self.title.note);
         self.said.iter().for_each(|sentence| text += &format!("- {sentence}\n"));
         if !self.said.is_empty() {
             text.push('\n');

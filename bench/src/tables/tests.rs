@@ -6,17 +6,25 @@ use crate::ledger::Canonical;
 use crate::record::{CostRecord, Rate, Record};
 use crate::sample;
 use crate::tables::{
-    ALL, Publication, confidence, cost, edits, effort, endings, methods, paired, questions, retention, separate,
-    teachers,
+    ALL, Heading, Publication, confidence, cost, edits, effort, endings, methods, paired, questions, retention,
+    separate, teachers,
 };
 
 fn canonical() -> Canonical {
     Canonical::from(sample::records())
 }
 
+/// A heading of records whose origin nobody knows.
+fn heading() -> Heading {
+    let [ledgers, revision] = ["quick.jsonl", "Revision: unknown"].map(str::to_owned);
+    Heading { ledgers, revision, superseded: None }
+}
+
 fn all_text(records: &Canonical) -> String {
     let tables = ALL.iter().flat_map(|publication| publication.tables(records));
-    tables.map(|table| table.to_markdown("situ-bench tables quick.jsonl") + "\n" + &table.to_csv() + "\n").collect()
+    tables
+        .map(|table| table.to_markdown(&heading(), "situ-bench tables quick.jsonl") + "\n" + &table.to_csv() + "\n")
+        .collect()
 }
 
 #[test]
@@ -139,7 +147,7 @@ fn what_the_questions_must_say() {
     assert_eq!([rebuild("demonstrations"), rebuild("demonstrations_bound")], ["0.750000", "≥"]);
     let joint = csv_of(questions::QUESTIONS, 1);
     assert_eq!(field(&joint, "quick,competent,situ:literal,all,2,", "original"), "-0.100000");
-    let text = questions::QUESTIONS.tables(&canonical())[0].to_markdown("x");
+    let text = questions::QUESTIONS.tables(&canonical())[0].to_markdown(&heading(), "x");
     let sentence =
         "`situ`, competent, every edit (2 runs, 2 units, 1 variations): corrections took 0.25 [0.25, 0.25] times";
     assert!(text.contains(sentence), "{text}");
@@ -221,7 +229,7 @@ fn the_slowest_of_many_corrections() {
 
 #[test]
 fn no_table_is_empty_and_no_column_says_nothing() {
-    assert_eq!(ALL.iter().flat_map(|publication| publication.files(&Canonical::default(), "x")).count(), 0);
+    assert_eq!(ALL.iter().flat_map(|publication| publication.files(&Canonical::default(), &heading())).count(), 0);
     for table in ALL.iter().flat_map(|publication| publication.tables(&canonical())) {
         let csv = table.to_csv();
         let mut reader = csv::Reader::from_reader(csv.as_bytes());
