@@ -101,6 +101,30 @@ impl Extent for Misaligned {
     }
 }
 
+/// How differently one person takes hold of one thing. It always happens, so it has no rate.
+///
+/// A grasp is off along the two axes across the gripper's own z axis and turned about it, by Student's t of so many
+/// degrees of freedom: few of them make heavy tails. The three share their denominator, as in the multivariate t.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spread {
+    /// The scale along either axis, metres.
+    pub position: f64,
+    /// The scale of the turn, degrees.
+    pub rotation: f64,
+    /// Degrees of freedom, from 1.
+    pub freedom: u8,
+}
+
+impl Spread {
+    pub(crate) fn sizes(&self) -> [Size; 2] {
+        [
+            Size { key: "position", value: self.position, unit: "metres", most: 1.0 },
+            Size { key: "rotation", value: self.rotation, unit: "degrees", most: 180.0 },
+        ]
+    }
+}
+
 /// Gaussian noise on a pose, one standard deviation for each axis. It always happens, so it has no rate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]

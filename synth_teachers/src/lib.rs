@@ -7,6 +7,7 @@
 pub mod convert;
 mod error;
 mod extent;
+mod grasp;
 mod mistakes;
 mod onset;
 mod path;
@@ -16,7 +17,7 @@ mod tally;
 mod teacher;
 
 pub use error::TeacherError;
-pub use extent::{Detour, Misaligned, Noise, Pause};
+pub use extent::{Detour, Misaligned, Noise, Pause, Spread};
 pub use onset::Onset;
 pub use profile::{Profile, Way};
 pub use roster::Roster;

@@ -1,13 +1,15 @@
 //! Draws of a teacher's mistakes, all from one seed.
 
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rand::RngExt;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use situ::keyframe::pose;
 use situ::random::{standard_normal, stream};
 
-use crate::extent::Noise;
+use crate::extent::{Noise, Spread};
 use crate::path::{about_z, corners, displaced, half_way, upwards};
 use crate::profile::{Profile, Way};
 use crate::tally::Tally;
@@ -67,6 +69,7 @@ pub(crate) struct Mistakes<'a> {
     axes: ChaCha8Rng,
     skills: ChaCha8Rng,
     announcements: ChaCha8Rng,
+    grasps: ChaCha8Rng,
     pub(crate) tally: Tally,
 }
 
@@ -80,6 +83,7 @@ impl<'a> Mistakes<'a> {
             axes: rng("axes"),
             skills: rng("skills"),
             announcements: rng("announcements"),
+            grasps: rng("grasps"),
             tally: Tally::default(),
         }
     }
@@ -109,6 +113,25 @@ impl<'a> Mistakes<'a> {
             wrong_reference: wrong.then_some(which),
             announced: !unannounced,
         }
+    }
+
+    /// Whether this teacher takes things in other ways than the script does.
+    pub(crate) fn varies_grasps(&self) -> bool {
+        self.profile.varies_grasps()
+    }
+
+    /// A way to take a thing, off from the script's: in the gripper's frame.
+    pub(crate) fn next_grasp(&mut self) -> Isometry3<f64> {
+        let Spread { position, rotation, freedom } = self.profile.grasp;
+        let [side, which, half] = [0, 1, 2].map(|_| self.grasps.random::<f64>());
+        let [x, y, turn] = [0, 1, 2].map(|_| standard_normal(&mut self.grasps));
+        let squares: f64 = (0..freedom).map(|_| standard_normal(&mut self.grasps)).map(|normal| normal * normal).sum();
+        let tail = if freedom == 0 { 0.0 } else { libm::sqrt(f64::from(freedom) / squares.max(f64::MIN_POSITIVE)) };
+        let quarter = if which < 0.5 { -FRAC_PI_2 } else { FRAC_PI_2 };
+        let mut angle = turn * tail * rotation.to_radians();
+        angle += if self.errs(Way::OtherSide, side) { quarter } else { 0.0 };
+        angle += if self.errs(Way::HalfTurn, half) { PI } else { 0.0 };
+        Isometry3::from_parts(Translation3::new(x * tail * position, y * tail * position, 0.0), about_z(angle))
     }
 
     /// The mistakes of the next keyframe. Every keyframe takes the same number of draws from each stream, whatever
@@ -162,19 +185,21 @@ mod tests {
     struct Drawn {
         keyframes: Vec<Mistake>,
         slips: Vec<Slip>,
+        grasps: Vec<Isometry3<f64>>,
         tally: Tally,
     }
 
     fn draws(profile: &Profile, seed: u64) -> Drawn {
         let mut mistakes = Mistakes::new(profile, seed);
-        let (mut keyframes, mut slips) = (Vec::new(), Vec::new());
+        let (mut keyframes, mut slips, mut grasps) = (Vec::new(), Vec::new(), Vec::new());
         for index in 0..KEYFRAMES {
             if index % 3 == 0 {
                 slips.push(mistakes.next_skill());
+                grasps.push(mistakes.next_grasp());
             }
             keyframes.push(mistakes.next(index % 3 == 2, index % 3 != 1));
         }
-        Drawn { keyframes, slips, tally: mistakes.tally }
+        Drawn { keyframes, slips, grasps, tally: mistakes.tally }
     }
 
     /// Asserts that the values are within the χ² interval about the configured deviation, with a mean of 0. Quantiles
@@ -195,7 +220,7 @@ mod tests {
     fn what_is_tallied_is_what_is_drawn_and_as_often_as_configured() {
         let roster = Roster::builtin().unwrap();
         for profile in roster.profiles() {
-            let Drawn { keyframes, slips, mut tally } = draws(profile, 1);
+            let Drawn { keyframes, slips, mut tally, .. } = draws(profile, 1);
             let count = |has: &dyn Fn(&Mistake) -> bool| keyframes.iter().filter(|mistake| has(mistake)).count() as u32;
             let happened = |way| tally.of(way).happened;
             assert_eq!(happened(Way::Spurious), count(&|mistake| mistake.spurious.is_some()));
@@ -266,6 +291,32 @@ mod tests {
         }
     }
 
+    /// Student's t of two degrees of freedom has the distribution function 1/2 + t / 2√(2 + t²).
+    #[test]
+    fn grasps_are_off_by_a_t_in_the_plane_and_turned_as_often_as_tallied() {
+        let profile = named("person");
+        let only_spread = Profile { other_side: 0.0, half_turn: 0.0, ..profile.clone() };
+        let spread = only_spread.grasp;
+        let drawn = draws(&only_spread, 1).grasps;
+        assert!(drawn.iter().all(|grasp| grasp.translation.z == 0.0 && grasp.rotation.imag().xy().norm() == 0.0));
+        for limit in [0.5_f64, 1.0, 2.0, 4.0, 8.0] {
+            let share = limit / (2.0 + limit * limit).sqrt();
+            let deviation = (share * (1.0 - share) / drawn.len() as f64).sqrt();
+            for axis in 0..2 {
+                let within =
+                    drawn.iter().filter(|grasp| grasp.translation.vector[axis].abs() < limit * spread.position);
+                let seen = within.count() as f64 / drawn.len() as f64;
+                assert!((seen - share).abs() < 3.5 * deviation, "axis {axis}: {seen} within {limit}, not {share}");
+            }
+        }
+        for (name, angle, way) in [("sideways", FRAC_PI_2, Way::OtherSide), ("flipped", PI, Way::HalfTurn)] {
+            let Drawn { grasps, tally, .. } = draws(&named(name), 1);
+            let turned = grasps.iter().filter(|grasp| (grasp.rotation.angle() - angle).abs() < 1e-9).count();
+            assert_eq!(tally.of(way).happened as usize, turned, "{name}");
+            assert!(grasps.iter().any(|grasp| grasp.rotation.imag().z < 0.0) == (way == Way::OtherSide), "{name}");
+        }
+    }
+
     #[test]
     fn detours_lead_as_far_as_configured_and_never_down() {
         let profile = named("explorer");
@@ -302,12 +353,13 @@ mod tests {
 
     #[test]
     fn an_expert_errs_in_nothing() {
-        let Drawn { keyframes, slips, tally } = draws(&named("expert"), 1);
+        let Drawn { keyframes, slips, grasps, tally } = draws(&named("expert"), 1);
         assert!(Way::ALL.iter().all(|way| tally.of(*way).happened == 0));
         for mistake in keyframes {
             assert!(mistake.offset == Isometry3::identity() && mistake.spurious.is_none());
             assert!(mistake.pause == 0.0 && !mistake.missing && mistake.detour.is_none() && !mistake.one_axis);
         }
+        assert!(grasps.iter().all(|grasp| *grasp == Isometry3::identity()));
         assert!(slips.iter().all(|slip| slip.turn == UnitQuaternion::identity() && slip.wrong_reference.is_none()));
     }
 }

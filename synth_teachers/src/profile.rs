@@ -6,7 +6,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::error::TeacherError;
-use crate::extent::{Detour, Extent, Misaligned, Noise, Pause, Size};
+use crate::extent::{Detour, Extent, Misaligned, Noise, Pause, Size, Spread};
 
 /// Declares the ways of erring. Each line gives the variant of [`Way`], the key in a [`Profile`] and what stands there,
 /// and what the rate is a share of.
@@ -45,6 +45,9 @@ macro_rules! ways {
             /// Noise in free space.
             #[serde(default)]
             pub free: Noise,
+            /// How much one grasp of a thing differs from another.
+            #[serde(default)]
+            pub grasp: Spread,
             $($(#[$meaning])* #[serde(default)] pub $key: $extent,)*
         }
 
@@ -70,6 +73,10 @@ ways! {
     OneAxis = one_axis: f64, "keyframes";
     /// A skill performed with the gripper turned about its own axis.
     Misaligned = misaligned: Misaligned, "skills";
+    /// A thing taken from another side: with the gripper a quarter turned about its own axis, either way.
+    OtherSide = other_side: f64, "grasps";
+    /// A thing taken with the gripper half turned about its own axis: the fingers change places.
+    HalfTurn = half_turn: f64, "grasps";
     /// A skill whose reference object is named wrongly: another object of the scene, all equally likely.
     WrongReference = wrong_reference: f64, "skills";
     /// A skill begun without a word, where it is about the object that was named last: it becomes part of the segment
@@ -89,6 +96,11 @@ impl Profile {
         self.extent(way).rate()
     }
 
+    /// Whether this teacher takes things in other ways than the script does.
+    pub(crate) fn varies_grasps(&self) -> bool {
+        self.grasp != Spread::default() || self.other_side > 0.0 || self.half_turn > 0.0
+    }
+
     /// Err with a key and what is wrong with its value.
     fn check(&self) -> Result<(), String> {
         let below = |key: &str, part: Option<&str>| part.map_or(key.to_owned(), |part| format!("{key}.{part}"));
@@ -105,8 +117,12 @@ impl Profile {
                 self.begins_early + self.begins_late
             ));
         }
+        if self.grasp != Spread::default() && self.grasp.freedom == 0 {
+            return Err("`grasp.freedom` is 0, expected 1 to 255 degrees of freedom".to_owned());
+        }
         let noise = [("contact", self.contact), ("free", self.free)];
         let noise = noise.iter().flat_map(|(key, noise)| noise.sizes().map(|size| (*key, size)));
+        let noise = noise.chain(self.grasp.sizes().map(|size| ("grasp", size)));
         let errors = Way::ALL.iter().filter_map(|way| Some((way.name(), self.extent(*way).size()?)));
         let mut sizes = noise.chain(errors);
         match sizes.find(|(_, size)| !(0.0..=size.most).contains(&size.value)) {

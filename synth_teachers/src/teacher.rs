@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
+use nalgebra::Isometry3;
 use situ::demonstration::{Demonstration, Keyframe, Kind, Pose};
 use situ::state::Schema;
 use situ_tasks::{Episode, MotionEnd, Setting, Skill, World};
 
 use crate::convert::{observe, observed_gripper};
 use crate::error::TeacherError;
+use crate::grasp::Hold;
 use crate::mistakes::Mistakes;
 use crate::onset::{Onset, onset};
 use crate::path::displaced;
@@ -85,6 +87,7 @@ impl Teacher {
         let stops_early = mistakes.stops_early(kind == Kind::Corrective);
         let setting = episode.setting().clone();
         let (seconds, metres) = (episode.seconds(), episode.path());
+        let mut hand = Hold::default();
         let mut recorder = Recorder { keyframes: Vec::new(), before: observe(episode) };
         let mut skills = Vec::new();
         let mut clean = true;
@@ -98,7 +101,8 @@ impl Teacher {
                 break;
             }
             let events = episode.events_fired();
-            clean &= perform(&skill, episode, &mut mistakes, &mut recorder, observer)?;
+            let way = hand.next(&skill, episode, &mut mistakes);
+            clean &= perform((&skill, &way), episode, &mut mistakes, &mut recorder, observer)?;
             // What somebody else did is not the teacher's slip. Nor is a skill that must be done again by its nature,
             // such as opening a drawer that opens half-way: the program goes on from there.
             clean &= episode.holds(&skill.until) || episode.events_fired() > events || setting.repeats(&skill.name);
@@ -169,9 +173,10 @@ impl Recorder {
     }
 }
 
-/// Performs one skill. Returns false if a motion was aborted.
+/// Performs one skill, with the gripper off from the script's by the pose beside it. Returns false if a motion was
+/// aborted.
 fn perform(
-    skill: &Skill,
+    (skill, way): (&Skill, &Isometry3<f64>),
     episode: &mut Episode,
     mistakes: &mut Mistakes<'_>,
     recorder: &mut Recorder,
@@ -187,7 +192,7 @@ fn perform(
     let mut named = Named { object, frame: frame_of_object, skill: skill.name.as_str().into(), unsaid: slip.announced };
     for (index, keyframe) in skill.keyframes.iter().enumerate() {
         let mistake = mistakes.next(keyframe.contact, keyframe.gripper.is_some());
-        let mut aligned = frame * keyframe.pose;
+        let mut aligned = frame * keyframe.pose * way;
         aligned.rotation *= slip.turn;
         let target = displaced(&aligned, &mistake.offset);
         for needless in mistake.needless(&episode.world().tcp(), &target) {

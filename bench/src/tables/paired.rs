@@ -6,7 +6,7 @@ use situ::method::Role;
 
 use super::column::{Bound, Cell, Columns, Shape, some};
 use super::measure::{cell, share, units};
-use super::pooled::{Pooled, pooled_by, pooled_ratio, unit_means};
+use super::pooled::{Pooled, pooled_by, pooled_ratio, unit_means, variation};
 use super::rows::{MethodName, role, rows};
 use super::table::{Publication, Table, Title};
 use crate::ledger::Canonical;
@@ -82,14 +82,12 @@ fn tested(of: &[(&RunRecord, &RunRecord)], measure: fn(&RunRecord) -> Option<f64
 /// The probability that the success of a run of SITU is greater than that of a run of the other method on the same
 /// variation, averaged over variations.
 fn improvement(of: &[(&RunRecord, &RunRecord)], seed: u64) -> Cell {
-    let scored = of.iter().filter_map(|(own, other)| {
-        Some((*own, (own.key.task.as_str(), own.key.variation.as_str(), share(own.after)?, share(other.after)?)))
-    });
+    let scored = of.iter().filter_map(|(own, other)| Some((*own, (*own, share(own.after)?, share(other.after)?))));
     let scored: Vec<_> = scored.collect();
-    let probability = |scores: &mut dyn Iterator<Item = &(&str, &str, f64, f64)>| {
-        let mut tasks: BTreeMap<(&str, &str), (Vec<f64>, Vec<f64>)> = BTreeMap::new();
-        for (task, variation, own, other) in scores {
-            let of = tasks.entry((task, variation)).or_default();
+    let probability = |scores: &mut dyn Iterator<Item = &(&RunRecord, f64, f64)>| {
+        let mut tasks: BTreeMap<_, (Vec<f64>, Vec<f64>)> = BTreeMap::new();
+        for (run, own, other) in scores {
+            let of = tasks.entry(variation(run)).or_default();
             of.0.push(*own);
             of.1.push(*other);
         }

@@ -92,6 +92,10 @@ fn mistakes_are_named_with_file_and_line() {
         ("pause = { rate = 2.0, seconds = 1.0 }", 8, "`pause.rate` is 2"),
         ("pause = { rate = 0.1, seconds = -1.0 }", 8, "`pause.seconds` is -1"),
         ("contact = { position = -0.01 }", 8, "`contact.position` is -0.01, expected 0 to 1 metres"),
+        ("grasp = { position = 0.01, freedom = 2 }", 11, "missing field `rotation`"),
+        ("grasp = { position = 0.01, rotation = 9.0, freedom = 0 }", 8, "`grasp.freedom` is 0, expected 1 to 255"),
+        ("grasp = { position = 0.01, rotation = 270.0, freedom = 2 }", 8, "`grasp.rotation` is 270, expected 0 to 180"),
+        ("half_turn = 1.1", 8, "`half_turn` is 1.1, expected a rate from 0 to 1"),
         ("free = { rotation = inf }", 8, "`free.rotation` is inf"),
     ];
     for (second, expected, names) in cases {

@@ -10,16 +10,22 @@ use situ_tasks::{Episode, EpisodeSnapshot, Registry, Setting, World};
 use situ_teachers::convert::{observe, schema};
 use situ_teachers::{Count, Detour, Misaligned, Profile, Roster, Shown, Teacher, Way};
 
-fn setting(task: &str, variation: Option<&str>) -> Arc<Setting> {
+pub(crate) fn setting(task: &str, variation: Option<&str>) -> Arc<Setting> {
     Registry::builtin().unwrap().get(task).unwrap().variation(variation).unwrap()
 }
 
-fn demonstrate(profile: Profile, kind: Kind, episode: &mut Episode, seed: u64, see: &mut dyn FnMut(&World)) -> Shown {
+pub(crate) fn demonstrate(
+    profile: Profile,
+    kind: Kind,
+    episode: &mut Episode,
+    seed: u64,
+    see: &mut dyn FnMut(&World),
+) -> Shown {
     let schema = schema(episode.setting()).unwrap();
     Teacher::new(profile).demonstrate("shown", kind, &schema, episode, seed, see).unwrap()
 }
 
-fn named(name: &str) -> Profile {
+pub(crate) fn named(name: &str) -> Profile {
     Roster::builtin().unwrap().get(name).unwrap().clone()
 }
 
@@ -131,6 +137,27 @@ fn a_correction_begins_where_the_robot_failed_and_ends_where_its_teacher_stops()
     assert_eq!((shorter.kind(), shorter.carried_to_end()), (Kind::Corrective, false));
     assert_eq!(shorter.keyframes(), &demonstration.keyframes()[..3]);
     assert_eq!(*shorter.final_state(), demonstration.keyframes()[3].state);
+}
+
+/// Where what went wrong lies on the tray or on the post, it has to be taken up first, by a skill that the robot knows.
+/// One who stopped after that would have corrected nothing.
+#[test]
+fn one_who_stops_early_has_shown_what_changed() {
+    let cases = [
+        ("stack", "post", ["pick_middle", "place_middle", "pick_top"]),
+        ("drawer", "full_front", ["pick", "place", "close"]),
+    ];
+    for (task, variation, skills) in cases {
+        let setting = setting(task, Some(variation));
+        for seed in 1..=4 {
+            let mut episode = Episode::start(&setting, seed).unwrap();
+            assert_eq!(script::watched(&mut episode, &mut |_| ()).ending, Ending::Stopped, "{task}, seed {seed}");
+            let brief = Profile { stops_early: 1.0, ..expert() };
+            let shown = demonstrate(brief, Kind::Corrective, &mut episode, seed, &mut |_| ());
+            assert!(shown.clean && shown.demonstration.is_some(), "{task}, seed {seed}");
+            assert_eq!(shown.skills, skills, "{task}, seed {seed}");
+        }
+    }
 }
 
 #[test]
