@@ -86,6 +86,8 @@ pub struct Run {
     pub library: Library,
 }
 
+/// So many publications are printed: those that answer the first questions.
+const FIRST: usize = 2;
 /// The ledger's name in its folder.
 pub(super) const LEDGER: &str = "ledger.jsonl";
 /// The protocol's name in the folder.
@@ -136,18 +138,22 @@ impl Run {
     ///
     /// # Errors
     /// Bad names and files; [`BenchError::Interrupted`].
-    pub(super) fn publish(&self, protocol: &Protocol, tables: &[&Publication]) -> Result<Published, BenchError> {
+    pub(super) fn publish(&self, protocol: &Protocol, publications: &[&Publication]) -> Result<Published, BenchError> {
         let folder = self.out.clone().unwrap_or_else(|| Path::new("runs").join(&protocol.name));
         let path = self.ledger(protocol, &folder)?;
         let records = Canonical::from(ledger::read(&path)?.records);
         let command = Path::new(&protocol.name).join(LEDGER);
         let heading = Provenances::of(std::slice::from_ref(&path), false)?.heading(&command.display().to_string());
-        let tables: Vec<(String, String)> = tables.iter().flat_map(|table| table.files(&records, &heading)).collect();
-        let markdown = tables.iter().filter(|(name, _)| name.ends_with(".md"));
-        let printed = markdown.map(|(_, text)| format!("{text}\n")).collect();
+        let tables: Vec<(String, String)> =
+            publications.iter().flat_map(|table| table.files(&records, &heading)).collect();
+        let first: Vec<String> = publications.iter().take(FIRST).map(|table| format!("{}.md", table.name)).collect();
+        let printed = tables.iter().filter(|(name, _)| first.contains(name)).map(|(_, text)| format!("{text}\n"));
+        let mut printed: String = printed.collect();
+        printed.push_str(&format!("The other tables and the ledger are in {}.\n", folder.display()));
         let mut outputs = vec![(path, ledger::text(&records))];
         outputs.extend(tables.iter().map(|(name, text)| (folder.join(name), text.clone())));
         files::write_all(&outputs)?;
+        remove_former(&folder, publications, &tables)?;
         Ok(Published { records, tables, printed })
     }
 
@@ -249,6 +255,20 @@ impl Run {
     }
 }
 
+/// Removes tables of a former run that have no row any more.
+fn remove_former(folder: &Path, publications: &[&Publication], tables: &[(String, String)]) -> Result<(), BenchError> {
+    for path in unmade(publications, tables).map(|name| folder.join(name)).filter(|path| path.is_file()) {
+        fs::remove_file(&path).map_err(|source| BenchError::Write { path, source })?;
+    }
+    Ok(())
+}
+
+/// The names of tables that have no row.
+fn unmade(publications: &[&Publication], tables: &[(String, String)]) -> impl Iterator<Item = String> {
+    let names = publications.iter().flat_map(|table| table.names());
+    names.filter(|name| tables.iter().all(|(made, _)| made != name))
+}
+
 /// Compares records, all but their times.
 fn compare_records(records: &Canonical, expected: &Canonical) -> Result<(), BenchError> {
     let by_name = |records: &Canonical| -> BTreeMap<_, _> {
@@ -270,6 +290,7 @@ fn compare_tables(tables: &[(String, String)], folder: &Path) -> Result<(), Benc
             differing.push(name.clone());
         }
     }
+    differing.extend(unmade(&tables::ALL, tables).filter(|name| folder.join(name).exists()));
     refuse("tables", differing)
 }
 

@@ -32,7 +32,7 @@ pub use comparison::differs;
 pub use heading::Heading;
 pub use table::{Publication, Table};
 
-/// All publications, in order.
+/// All publications, in order: those that answer the first questions come first.
 pub const ALL: [&Publication; 12] = [
     &headline::HEADLINE,
     &questions::QUESTIONS,
@@ -47,9 +47,6 @@ pub const ALL: [&Publication; 12] = [
     &methods::METHODS,
     &endings::ENDINGS,
 ];
-
-/// Those that a run prints; the others are in its folder.
-pub const FIRST: [&Publication; 3] = [&headline::HEADLINE, &questions::QUESTIONS, &paired::PAIRED];
 
 /// The publication of a protocol of update cost alone.
 pub const COST: &Publication = &cost::T4;

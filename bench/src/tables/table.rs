@@ -36,6 +36,13 @@ impl Publication {
         [(format!("{}.md", self.name), self.markdown(&tables, heading))].into_iter().chain(csv).collect()
     }
 
+    /// The names of all files that it can have.
+    pub fn names(&self) -> Vec<String> {
+        let tables = (self.tables)(&Canonical::default());
+        let csv = tables.iter().map(|table| format!("{}.csv", table.id()));
+        [format!("{}.md", self.name)].into_iter().chain(csv).collect()
+    }
+
     /// Its Markdown.
     fn markdown(&self, tables: &[Table], heading: &Heading) -> String {
         let command = format!("situ-bench tables {} --table {}", heading.ledgers, self.name);
