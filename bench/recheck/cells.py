@@ -80,7 +80,7 @@ class Column(Generic[R]):
 class Table:
     """A table as it ought to be: the columns that say something, and the cells of each row.
 
-    `keys` is the number of columns at the beginning that name a row; `records` are the records that it is made of.
+    `keys` are the columns at the beginning that name a row; `records` is the number of records that it is made of.
     """
 
     name: str
@@ -109,9 +109,8 @@ def table(
     cells = [[column.cell(row) for column in every] for row in rows]
     kept = [index for index in range(len(every)) if any(says_something(row[index]) for row in cells)]
     names = tuple(column.name for column in keys if any(column is every[index] for index in kept))
-    return Table(
-        name, heading, [every[index] for index in kept], [[row[index] for index in kept] for row in cells], names, records
-    )
+    columns_kept, cells_kept = [every[index] for index in kept], [[row[index] for index in kept] for row in cells]
+    return Table(name, heading, columns_kept, cells_kept, names, records)
 
 
 def text(name: str, of: Callable[[R], str | None]) -> Column[R]:

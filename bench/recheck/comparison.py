@@ -1,10 +1,11 @@
 """A published table against what it ought to be: cell by cell in CSV, and Markdown against CSV."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal, InvalidOperation
 
-from cells import ENDINGS, Between, Exact, Field, Percentile, Table, Word
+from cells import ENDINGS, Between, Cell, Exact, Field, Percentile, Table, Word
 from published import Csv, Markdown
 from resampling import HALF, near
 
@@ -44,6 +45,7 @@ class Findings:
 class _Comparison:
     def __init__(self, table: Table) -> None:
         self.table, self.findings = table, Findings()
+        self.heads = [name for column in table.columns for name in column.fields()]
 
     def differs(self, row: str, column: str, expected: str, found: str) -> None:
         self.findings.disagreements.append(Disagreement(self.table.name, row, column, expected, found))
@@ -83,12 +85,11 @@ class _Comparison:
     def csv(self, csv: Csv) -> None:
         """The whole of CSV."""
         table = self.table
-        heads = [name for column in table.columns for name in column.fields()]
-        if csv.heads != heads:
-            unknown = [name for name in csv.heads if name not in heads]
-            missing = [name for name in heads if name not in csv.heads]
-            self.differs("heads", ", ".join(unknown + missing) or "all", f"{missing} and no {unknown}, in this order",
-                         "other heads")
+        if csv.heads != self.heads:
+            unknown = [name for name in csv.heads if name not in self.heads]
+            missing = [name for name in self.heads if name not in csv.heads]
+            order = "" if unknown or missing else "the same in another order"
+            self.differs("heads", "all", f"{missing or self.heads}", f"{unknown or order or 'none of these'}")
             return
         expected = {self.key(cells): cells for cells in table.rows}
         found = {tuple(row[: len(table.keys)]): row for row in csv.rows}
@@ -103,10 +104,10 @@ class _Comparison:
             fields: list[Field] = []
             for column, cell in zip(table.columns, expected[key]):
                 fields += cell if cell is not None else [Word("")] * len(ENDINGS[column.shape])
-            for name, one, text in zip(heads, fields, row, strict=True):
+            for name, one, text in zip(self.heads, fields, row, strict=True):
                 self.field((", ".join(key), name), one, text)
 
-    def key(self, cells: list) -> tuple[str, ...]:
+    def key(self, cells: Sequence[Cell]) -> tuple[str, ...]:
         words = (cell[0] if cell else Word("") for cell in cells[: len(self.table.keys)])
         return tuple(word.text if isinstance(word, Word) else "" for word in words)
 
@@ -118,6 +119,8 @@ class _Comparison:
         protocols = sorted({row[0] for row in csv.rows})
         if csv.heads[0] == "protocol" and markdown.protocols != protocols:
             self.differs("origin", "Protocol", str(protocols), str(markdown.protocols))
+        if csv.heads != self.heads:
+            return
         heads = [column.head() for column in table.columns]
         if markdown.heads != heads or len(markdown.rows) != len(csv.rows):
             self.differs("Markdown", "heads and rows", f"{len(csv.rows)} rows of {heads}",

@@ -3,14 +3,16 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import summaries
 from cells import Cell, Column, Exact, Percentile, Table, Word, count, estimate, number, table, text
 from ledger import Cost, Ledger
 from measures import MEDIAN, MILLISECONDS, RATIO, SITU, grouped, made
+from model_tables import COUNTERS
 from resampling import Distribution, Statistic
-from run_tables import COUNTERS
 
+T = TypeVar("T")
 Measure = Callable[[Cost], float]
 SLOW = 0.99
 
@@ -35,16 +37,19 @@ def _rows(ledger: Ledger, sizes: Callable[[Cost], tuple[int, ...]]) -> list[Row]
     ]
 
 
+def _word(name: str, index: int) -> Column[Row]:
+    return text(name, lambda row: row.key[index])
+
+
 def _keys(*sizes: str) -> list[Column[Row]]:
-    names = ("protocol", "series", "method", "edit_planted", *sizes)
-    return [text(name, lambda row, index=index: row.key[index]) for index, name in enumerate(names)]
+    return [_word(name, index) for index, name in enumerate(("protocol", "series", "method", "edit_planted", *sizes))]
 
 
 def _records(rows: Sequence[Row]) -> int:
     return sum(len(row.costs) for row in rows)
 
 
-def _drawn(values: Sequence, statistic: Statistic) -> Cell:
+def _drawn(values: Sequence[T], statistic: Statistic[T]) -> Cell:
     """A statistic with one interval over the values themselves."""
     value = statistic.whole([statistic.part(values)]) if values else None
     if value is None:
@@ -70,6 +75,10 @@ def _counter(name: str) -> Measure:
     return lambda cost: cost.counters[name]
 
 
+def _median_counter(name: str) -> Column[Row]:
+    return number(name, lambda row: summaries.median([cost.counters[name] for cost in row.costs]))
+
+
 def _seconds(cost: Cost) -> float:
     return cost.update_seconds
 
@@ -89,10 +98,7 @@ def scaling(ledger: Ledger) -> Table:
         count("automata", lambda row: len(row.costs)),
         text("edit_made", _edit_made),
         number("|Z|", lambda row: summaries.median([z for cost in row.costs for z in cost.applicable])),
-        *(
-            number(name, lambda row, name=name: summaries.median([cost.counters[name] for cost in row.costs]))
-            for name in COUNTERS
-        ),
+        *map(_median_counter, COUNTERS),
         estimate("hmm_fits_ratio", lambda row: _to_situ(row, _counter("hmm_fits"))),
         estimate("update_ms", lambda row: _median(_milliseconds(row)), wall=True),
         estimate("ratio", lambda row: _to_situ(row, _seconds), wall=True),
@@ -106,26 +112,29 @@ def _is_over_nodes(row: Row) -> bool:
     return len({cost.nodes for cost in row.costs}) > 1
 
 
+def _slope(row: Row, of: Measure) -> Cell:
+    """The exponent of the power law of a cost over what the series varies."""
+    over_nodes = _is_over_nodes(row)
+    law = summaries.power_law([(cost.nodes if over_nodes else cost.originals, of(cost)) for cost in row.costs])
+    if law is None:
+        return None
+    value, half, _ = law
+    return [Exact(value), Exact(value - half), Exact(value + half), Word("")]
+
+
+def _growth(name: str) -> Column[Row]:
+    return estimate(name, lambda row: _slope(row, _counter(name)))
+
+
 def slopes(ledger: Ledger) -> Table:
     """How costs grow."""
     rows = _rows(ledger, lambda cost: ())
-
-    def slope(row: Row, of: Measure) -> Cell:
-        over_nodes = _is_over_nodes(row)
-        law = summaries.power_law(
-            [(cost.nodes if over_nodes else cost.originals, of(cost)) for cost in row.costs]
-        )
-        if law is None:
-            return None
-        value, half, _ = law
-        return [Exact(value), Exact(value - half), Exact(value + half), Word("")]
-
     columns: list[Column[Row]] = [
         text("over", lambda row: "nodes" if _is_over_nodes(row) else "originals"),
         count("automata", lambda row: len(row.costs)),
-        estimate("|Z|", lambda row: slope(row, lambda cost: summaries.mean(cost.applicable) or 0.0)),
-        *(estimate(name, lambda row, name=name: slope(row, _counter(name))) for name in COUNTERS),
-        estimate("update_time", lambda row: slope(row, _seconds), wall=True),
+        estimate("|Z|", lambda row: _slope(row, lambda cost: summaries.mean(cost.applicable) or 0.0)),
+        *map(_growth, COUNTERS),
+        estimate("update_time", lambda row: _slope(row, _seconds), wall=True),
     ]
     return table("t4_slopes", "T4 growth of the update cost", _keys(), columns, rows, _records(rows))
 
@@ -144,6 +153,15 @@ def _meeting(row: Row, of: Measure) -> str | None:
     return f"< {least}" if nodes < least else f"{nodes:.0f}"
 
 
+def _crossing(name: str) -> Column[Row]:
+    return text(name, lambda row: _meeting(row, _counter(name)))
+
+
+def _time_crossing(row: Row) -> Cell:
+    words = _meeting(row, _seconds)
+    return None if words is None else [Word(words)]
+
+
 def crossover(ledger: Ledger) -> Table:
     """From which size on a local update is the cheaper one."""
     every = [
@@ -152,19 +170,11 @@ def crossover(ledger: Ledger) -> Table:
     ]
     rows = [row for row in every if row.situ]
     columns: list[Column[Row]] = [
-        *(
-            text(name, lambda row, name=name: _meeting(row, _counter(name)))
-            for name in ("hmm_fits", "em_iterations", "classifier_fits")
-        ),
-        Column("update_time", "text", _time_meeting, wall=True),
+        *map(_crossing, ("hmm_fits", "em_iterations", "classifier_fits")),
+        Column("update_time", "text", _time_crossing, wall=True),
     ]
     heading = "T4 crossover: the nodes below which retraining is cheaper"
     return table("t4_crossover", heading, _keys(), columns, rows, _records(every))
-
-
-def _time_meeting(row: Row) -> Cell:
-    words = _meeting(row, _seconds)
-    return None if words is None else [Word(words)]
 
 
 def latency(ledger: Ledger) -> Table:

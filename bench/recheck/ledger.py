@@ -255,16 +255,22 @@ def _joint(value: Object | None) -> Joint | None:
     return Joint(changed, original, _structure(value["structure"]), _held_out(value.get("held_out")))
 
 
+def _reason(outcome: Object) -> tuple[str, str]:
+    """An outcome that has a reason, and the reason."""
+    ((ending, details),) = outcome.items()
+    return ending, details["why"]
+
+
 def _run(value: Object) -> Run:
     key, stage, outcome = value["key"], value["key"].get("stage"), value["outcome"]
-    ending, why = (outcome, "") if isinstance(outcome, str) else next(iter(outcome.items()))
+    ending, why = (outcome, "") if isinstance(outcome, str) else _reason(outcome)
     if ending not in ("reached", "censored", "gave_up", "untaught", "spoilt", "not_applicable"):
         raise LedgerError(f"an unknown outcome, {ending}")
     return Run(
         **{name: key[name] for name in ("protocol", "task", "variation", "edit", "teacher", "method", "seed")},
         stage=(stage["sequence"], stage["number"]) if stage else None,
         ending=ending,
-        why=why["why"] if why else "",
+        why=why,
         self_loop=value.get("self_loop", False),
         budget=value["budget"],
         originals=_effort(value["original"]),
@@ -295,7 +301,9 @@ def _cost(value: Object) -> Cost:
 
 def read(path: Path) -> Ledger:
     """The ledger at `path`. Raises `LedgerError`, which names the line."""
-    ledger, known = Ledger([], []), set()
+    ledger = Ledger([], [])
+    known: set[tuple[object, ...]] = set()
+    name: tuple[object, ...]
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
         try:
             value = json.loads(line)

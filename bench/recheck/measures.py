@@ -61,7 +61,7 @@ INTERQUARTILE_MEAN: Statistic[float] = _of_all(summaries.interquartile_mean)
 
 def _improvement(scores: Sequence[tuple[Any, float, float]]) -> float | None:
     tasks = grouped((task, (own, other)) for task, own, other in scores)
-    return summaries.improvement([tuple(zip(*pairs)) for pairs in tasks.values()])
+    return summaries.improvement([([one for one, _ in of], [other for _, other in of]) for of in tasks.values()])
 
 
 IMPROVEMENT: Statistic[tuple[Any, float, float]] = _of_all(_improvement)

@@ -13,27 +13,41 @@ from collections.abc import Callable
 from pathlib import Path
 
 import cost_tables
+import effort_tables
 import ledger
+import model_tables
+import paired_tables
 import published
-import run_tables
 from cells import Table
 from comparison import Disagreement, Findings, compare
 
 # The tables of each Markdown file, in their order.
 PUBLICATIONS: dict[str, list[Callable[[ledger.Ledger], Table]]] = {
-    "headline": [run_tables.headline],
-    "questions": [run_tables.correct_or_scratch, run_tables.separate_or_joint],
-    "paired": [run_tables.paired],
-    "t1": [run_tables.t1],
-    "t2": [run_tables.t2],
-    "t3": [run_tables.t3],
-    "t4": [run_tables.t4_physics, cost_tables.scaling, cost_tables.slopes, cost_tables.crossover, cost_tables.latency],
-    "t5": [run_tables.t5, run_tables.t5_sequences],
-    "t6": [run_tables.t6],
-    "t7": [run_tables.t7],
-    "methods": [run_tables.methods],
-    "endings": [run_tables.endings],
+    "headline": [effort_tables.headline],
+    "questions": [paired_tables.correct_or_scratch, paired_tables.separate_or_joint],
+    "paired": [paired_tables.paired],
+    "t1": [effort_tables.t1],
+    "t2": [model_tables.t2],
+    "t3": [model_tables.t3],
+    "t4": [
+        model_tables.t4_physics, cost_tables.scaling, cost_tables.slopes, cost_tables.crossover, cost_tables.latency,
+    ],
+    "t5": [model_tables.t5, model_tables.t5_sequences],
+    "t6": [effort_tables.t6],
+    "t7": [model_tables.t7],
+    "methods": [effort_tables.methods],
+    "endings": [effort_tables.came_to_nothing],
 }
+
+# Values that agree or not: exact ones, drawn ones, cells of Markdown, and disagreements.
+Counts = tuple[int, int, int, int]
+
+
+def expected(records: ledger.Ledger) -> dict[str, list[Table]]:
+    """The tables of each Markdown file, but for those that have no row."""
+    return {
+        name: [made for make in makers if (made := make(records)).rows] for name, makers in PUBLICATIONS.items()
+    }
 
 
 def _missing(table: str, what: str, is_wanted: bool) -> Findings:
@@ -43,24 +57,25 @@ def _missing(table: str, what: str, is_wanted: bool) -> Findings:
 
 def check(folder: Path) -> dict[str, Findings]:
     """What was found of each table in the folder, and of each that ought to be there."""
-    records = ledger.read(folder / "ledger.jsonl")
+    return check_against(expected(ledger.read(folder / "ledger.jsonl")), folder)
+
+
+def check_against(tables_of: dict[str, list[Table]], folder: Path) -> dict[str, Findings]:
+    """The same against tables that are known."""
     findings: dict[str, Findings] = {}
-    for name, makers in PUBLICATIONS.items():
-        tables = [made for make in makers if (made := make(records)).rows]
+    for name, tables in tables_of.items():
         path = folder / f"{name}.md"
         markdown = published.read_markdown(path) if path.exists() else []
-        if path.exists() and not tables:
-            findings[f"{name}.md"] = _missing(name, "the file in Markdown", is_wanted=False)
-            continue
-        if [table.heading for table in tables] != [table.heading for table in markdown]:
-            findings[f"{name}.md"] = _missing(name, f"headings {[table.heading for table in tables]} in Markdown", True)
+        headings = [table.heading for table in tables]
+        if headings != [table.heading for table in markdown]:
+            findings[path.name] = _missing(path.name, f"headings {headings}", is_wanted=bool(headings))
         by_heading = {table.heading: table for table in markdown}
         for table in tables:
             path = folder / f"{table.name}.csv"
             if path.exists():
                 findings[table.name] = compare(table, published.read_csv(path), by_heading.get(table.heading))
             else:
-                findings[table.name] = _missing(table.name, "the file in CSV", is_wanted=True)
+                findings[table.name] = _missing(path.name, "the file", is_wanted=True)
     known = {f"{name}.csv" for name in findings} | {f"{name}.md" for name in PUBLICATIONS}
     for path in sorted([*folder.glob("*.csv"), *folder.glob("*.md")]):
         if path.name not in known:
@@ -68,27 +83,28 @@ def check(folder: Path) -> dict[str, Findings]:
     return findings
 
 
+def _counts(found: Findings) -> Counts:
+    return found.exact, found.drawn, found.markdown, len(found.disagreements)
+
+
 def report(findings: dict[str, Findings]) -> list[str]:
     """The lines that are printed."""
     lines = [str(one) for found in findings.values() for one in found.disagreements]
-    counts = {
-        name: (found.exact, found.drawn, found.markdown, len(found.disagreements)) for name, found in findings.items()
-    }
-    counts["all"] = tuple(map(sum, zip(*counts.values())))
+    counts = {name: _counts(found) for name, found in findings.items()}
+    exact, drawn, markdown, wrong = (sum(of) for of in zip(*counts.values()))
+    counts["all"] = exact, drawn, markdown, wrong
     width = max(map(len, counts))
     lines.append(f"{'table':{width}} {'exact':>7} {'drawn':>7} {'Markdown':>9} {'disagree':>9}")
-    lines += [
-        f"{name:{width}} {exact:7} {drawn:7} {markdown:9} {wrong:9}"
-        for name, (exact, drawn, markdown, wrong) in counts.items()
-    ]
-    away, table, where = max((*found.farthest, name)[::2] + (found.farthest[1],) for name, found in findings.items())
-    exact, drawn, markdown, wrong = counts["all"]
-    if where:
-        lines.append(f"The farthest of the drawn values is {away:.1f} standard errors of its rank away: {table}: {where}")
-    lines.append(
-        f"{exact} values agree exactly and {drawn} within the error of drawing; {markdown} cells of Markdown say the same"
-        if not wrong else f"{wrong} of {exact + drawn} values and {markdown} cells of Markdown disagree"
-    )
+    lines += [f"{name:{width}} {of[0]:7} {of[1]:7} {of[2]:9} {of[3]:9}" for name, of in counts.items()]
+    away, name = max((found.farthest[0], name) for name, found in findings.items())
+    if drawn:
+        where = f"{name}: {findings[name].farthest[1]}"
+        lines.append(f"the drawn value that is farthest off is {away:.1f} standard errors of its rank away: {where}")
+    if wrong:
+        lines.append(f"{wrong} of {exact + drawn} values and {markdown} cells of Markdown disagree")
+    else:
+        agree = f"{exact} values agree exactly, {drawn} within the error of drawing"
+        lines.append(f"{agree}; {markdown} cells of Markdown say the same")
     return lines
 
 

@@ -287,7 +287,7 @@ def flip_test(differences: Sequence[float]) -> FlipTest:
 
 
 def _first(low: int, high: int, holds: Callable[[int], bool]) -> int:
-    """The first number from `low` on for which a condition holds that holds from there on; `high` where there is none."""
+    """The first number from `low` on for which a condition holds, as it does from there on; `high` where none is."""
     while low < high:
         middle = (low + high) // 2
         if holds(middle):

@@ -41,7 +41,7 @@ def interquartile_mean(values: Numbers) -> float | None:
 
 
 def wilson(successes: int, trials: int) -> tuple[float, float]:
-    """The Wilson 95 % interval: the p for which (successes/trials − p)² = z² p (1 − p) / trials, as a quadratic."""
+    """The Wilson 95 % interval: the roots p of (successes/trials − p)² = z² p (1 − p) / trials."""
     if not trials:
         return 0.0, 1.0
     share, width = successes / trials, NORMAL**2 / trials
@@ -65,15 +65,16 @@ def sequence(rates: Sequence[Numbers]) -> tuple[float, float | None, float]:
     """FWT, NBT and AUC of a sequence. `rates[m][n]` is success on stage n after stage m, n at most m."""
     count = len(rates)
     forward = sum(rates[n][n] for n in range(count)) / count
-    lost = [
-        sum(rates[n][n] - rates[m][n] for m in range(n + 1, count)) / (count - n - 1) for n in range(count - 1)
-    ]
+    lost = []
+    for n in range(count - 1):
+        later = [rates[n][n] - rates[m][n] for m in range(n + 1, count)]
+        lost.append(sum(later) / len(later))
     area = sum(sum(rates[m][n] for m in range(n, count)) / (count - n) for n in range(count)) / count
     return forward, mean(lost), area
 
 
 def holm(p_values: Numbers) -> list[float]:
-    """The p-values corrected by Holm: the k-th least of n times n − k + 1, none less than one before, none above 1."""
+    """The p-values corrected by Holm: the k-th least of n, times n − k + 1; no less than the one before, at most 1."""
     corrected, least = [0.0] * len(p_values), 0.0
     for rank, index in enumerate(sorted(range(len(p_values)), key=lambda index: p_values[index])):
         least = min(1.0, max(least, (len(p_values) - rank) * p_values[index]))
