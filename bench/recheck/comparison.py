@@ -33,12 +33,12 @@ class Disagreement:
 
 @dataclass
 class Findings:
-    """What the comparison of a table came to. The farthest drawn value is so many standard errors away."""
+    """What the comparison of a table came to, and how likely the least likely of the drawn values is."""
 
     exact: int = 0
     drawn: int = 0
     markdown: int = 0
-    farthest: tuple[float, str] = (0.0, "")
+    least_likely: tuple[float, str] = (1.0, "")
     disagreements: list[Disagreement] = field(default_factory=list)
 
 
@@ -78,7 +78,7 @@ class _Comparison:
     def percentile(self, place: tuple[str, str], expected: Percentile, found: str) -> None:
         verdict = expected.distribution.judge(float(found), expected.upper)
         if verdict.is_accepted:
-            self.findings.farthest = max(self.findings.farthest, (verdict.deviation, ", ".join(place)))
+            self.findings.least_likely = min(self.findings.least_likely, (verdict.probability, ", ".join(place)))
         else:
             self.differs(*place, verdict.accepted, found)
 

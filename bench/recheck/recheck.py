@@ -96,10 +96,10 @@ def report(findings: dict[str, Findings]) -> list[str]:
     width = max(map(len, counts))
     lines.append(f"{'table':{width}} {'exact':>7} {'drawn':>7} {'Markdown':>9} {'disagree':>9}")
     lines += [f"{name:{width}} {of[0]:7} {of[1]:7} {of[2]:9} {of[3]:9}" for name, of in counts.items()]
-    away, name = max((found.farthest[0], name) for name, found in findings.items())
+    likely, name = min((found.least_likely[0], name) for name, found in findings.items())
     if drawn:
-        where = f"{name}: {findings[name].farthest[1]}"
-        lines.append(f"the drawn value that is farthest off is {away:.1f} standard errors of its rank away: {where}")
+        where = f"{name}: {findings[name].least_likely[1]}"
+        lines.append(f"the least likely of the drawn values has a probability of {likely:.1e}: {where}")
     if wrong:
         lines.append(f"{wrong} of {exact + drawn} values and {markdown} cells of Markdown disagree")
     else:

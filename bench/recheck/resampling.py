@@ -89,64 +89,60 @@ def _log_choose(n: float, k: float) -> float:
     return math.lgamma(n + 1) - math.lgamma(k + 1) - math.lgamma(n - k + 1)
 
 
-@cache
-def _share_below(rank: int, of: int, error: float) -> float:
-    """The share p that the `rank`-th least of `of` uniform draws falls below with a probability of `error`."""
-
-    def is_rarely_below(p: float) -> bool:
-        if p <= 0:
-            return True
-        fewer = math.fsum(
-            math.exp(_log_choose(of, k) + k * math.log(p) + (of - k) * math.log1p(-p)) for k in range(rank)
-        )
-        return 1 - fewer < error
-
-    return summaries.bisect(0.0, rank / of, is_rarely_below)
+def _fewer(rank: int, of: int, share: float) -> float:
+    """The probability that fewer than `rank` of `of` draws are in a set that has this share."""
+    if share <= 0 or share >= 1:
+        return float(share <= 0)
+    return math.fsum(
+        math.exp(_log_choose(of, k) + k * math.log(share) + (of - k) * math.log1p(-share)) for k in range(rank)
+    )
 
 
 @cache
-def _share_above(rank: int, of: int, error: float) -> float:
-    """The share that it exceeds with that probability."""
+def _shares(of: int, error: float) -> tuple[float, float]:
+    """The shares between which the percentile of `of` draws is, but for errors of this probability."""
+    first, second = _ranks(of)
+    low = summaries.bisect(0.0, first / of, lambda share: 1 - _fewer(first, of, share) < error / 2)
+    high = summaries.bisect(second / of, 1.0, lambda share: _fewer(second, of, share) > error / 2)
+    return low, high
 
-    def is_often_above(p: float) -> bool:
-        fewer = math.fsum(
-            math.exp(_log_choose(of, k) + k * math.log(p) + (of - k) * math.log1p(-p)) for k in range(rank)
-        )
-        return fewer > error
 
-    return summaries.bisect(rank / of, 1.0, is_often_above)
+def _ranks(of: int) -> tuple[int, int]:
+    """The ranks, from 1, of the two of `of` sorted draws that the lower percentile is between."""
+    first = math.floor(TAIL * (of - 1)) + 1
+    return first, min(first + 1, of)
 
 
 @cache
-def _own_rank(rank: int, of: int, own: int, error: float, upper: bool) -> int:
-    """How many of `own` draws lie below the `rank`-th least of `of` others, at the least or at the most.
+def _own_below(rank: int, of: int, own: int) -> list[float]:
+    """The probability that at most k of `own` draws lie below the `rank`-th least of `of` others, for each k.
 
-    Their number is beta-binomial. It leaves the bound that is given with a probability of `error` at the most.
+    The number of those is beta-binomial.
     """
+    constant = math.lgamma(of + 1) - math.lgamma(rank) - math.lgamma(of + 1 - rank) - math.lgamma(own + of + 1)
+    each = (
+        math.exp(constant + _log_choose(own, k) + math.lgamma(k + rank) + math.lgamma(own - k + of + 1 - rank))
+        for k in range(own + 1)
+    )
+    return list(itertools.accumulate(each))
 
-    def log_probability(k: int) -> float:
-        return (
-            _log_choose(own, k)
-            + math.lgamma(k + rank) + math.lgamma(own - k + of + 1 - rank) - math.lgamma(own + of + 1)
-            - math.lgamma(rank) - math.lgamma(of + 1 - rank) + math.lgamma(of + 1)
-        )
 
-    order = range(own, -1, -1) if upper else range(own + 1)
-    total = 0.0
-    for k in order:
-        total += math.exp(log_probability(k))
-        if total > error:
-            return k
-    return 0
+@cache
+def _own_ranks(of: int, own: int, error: float) -> tuple[int, int]:
+    """How many of `own` draws are below the percentile of `of` others, at the least and at the most, but for errors."""
+    first, second = (_own_below(rank, of, own) for rank in _ranks(of))
+    least = next(k for k, below in enumerate(first) if below > error / 2)
+    most = next(k for k, below in enumerate(second) if below >= 1 - error / 2)
+    return least, most
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is found of a drawn value: what is accepted, whether it is, and how many standard errors it is away."""
+    """What is found of a drawn value: what is accepted, whether it is, and how likely one is that is as far off."""
 
     accepted: str
     is_accepted: bool
-    deviation: float
+    probability: float
 
 
 class Distribution(Generic[T]):
@@ -184,21 +180,18 @@ class Distribution(Generic[T]):
         return {max(1, math.floor(middle - spread)), min(PUBLISHED, math.ceil(middle + spread))}
 
     def _window(self, upper: bool) -> tuple[float, float]:
-        """The bounds of what the percentile may be."""
+        """The bounds of what the percentile may be. The upper one is the lower one, counted from above."""
         values = self._values
         lows, highs = [], []
         for of in self._published():
-            below = math.floor(TAIL * (of - 1)) + 1
-            above = min(below + 1, of)
             if self.is_whole:
-                low, high = _share_below(below, of, ERROR / 2), _share_above(above, of, ERROR / 2)
+                low, high = _shares(of, ERROR)
                 low, high = (1 - high, 1 - low) if upper else (low, high)
                 lows.append(self._at(low))
                 highs.append(self._at(high))
             else:
                 own = len(values)
-                least = _own_rank(below, of, own, ERROR / 2, upper=False)
-                most = _own_rank(above, of, own, ERROR / 2, upper=True)
+                least, most = _own_ranks(of, own, ERROR)
                 least, most = (own - most, own - least) if upper else (least, most)
                 lows.append(values[least - 1][0] if least >= 1 else -math.inf)
                 highs.append(values[most][0] if most < own else math.inf)
@@ -209,6 +202,24 @@ class Distribution(Generic[T]):
             if below >= share - 1e-12:
                 return value
         return self._values[-1][0]
+
+    def _probability(self, value: float, upper: bool) -> float:
+        """The probability, two-sided, that the percentile of what was published is as far off as this value."""
+        less = max((below for one, below in self._values if one < value - HALF), default=0.0)
+        no_more = max((below for one, below in self._values if one <= value + HALF), default=0.0)
+        if upper:
+            less, no_more = 1 - no_more, 1 - less
+        found = []
+        for of in self._published():
+            first, second = _ranks(of)
+            if self.is_whole:
+                found.append((1 - _fewer(first, of, no_more), _fewer(second, of, less)))
+            else:
+                own = len(self._values)
+                fewer = _own_below(second, of, own)
+                at = round(less * own)
+                found.append((_own_below(first, of, own)[round(no_more * own)], 1 - fewer[at - 1] if at else 1.0))
+        return min(1.0, 2 * min(max(low for low, _ in found), max(high for _, high in found)))
 
     def _can_be(self, value: float, low: float, high: float, upper: bool) -> bool:
         """Whether resamples have this value, or two of them that it lies between."""
@@ -224,15 +235,9 @@ class Distribution(Generic[T]):
     def judge(self, value: float, upper: bool) -> Verdict:
         """Whether a published percentile, the lower end of an interval or the upper one, may be."""
         low, high = self._window(upper)
-        share = 1 - TAIL if upper else TAIL
-        less = max((below for one, below in self._values if one < value - HALF), default=0.0)
-        no_more = max((below for one, below in self._values if one <= value + HALF), default=0.0)
-        away = max(less - share, share - no_more, 0.0)
-        draws = 1 / PUBLISHED + (0 if self.is_whole else 1 / OWN)
-        deviation = away / math.sqrt(TAIL * (1 - TAIL) * draws)
         inside = low - HALF <= value <= high + HALF and self._can_be(value, low, high, upper)
         kind = "a value or a step between two" if self.is_whole else "any value"
-        return Verdict(f"{kind} from {low:.6f} to {high:.6f}", inside, deviation)
+        return Verdict(f"{kind} from {low:.6f} to {high:.6f}", inside, self._probability(value, upper))
 
 
 @dataclass(frozen=True)
