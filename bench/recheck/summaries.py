@@ -51,13 +51,16 @@ def wilson(successes: int, trials: int) -> tuple[float, float]:
 
 
 def improvement(tasks: Sequence[tuple[Numbers, Numbers]]) -> float | None:
-    """The probability that a score of the first is greater than one of the second, ties half, averaged over tasks."""
+    """The probability that a score of the first is greater than one of the second, ties half, averaged over tasks.
+
+    A task weighs as many as the first has scores in it, so that one that a resample holds twice counts twice.
+    """
     shares = []
     for first, second in tasks:
         if not first or not second:
             return None
         won = sum((one > other) + 0.5 * (one == other) for one in first for other in second)
-        shares.append(won / (len(first) * len(second)))
+        shares += [won / (len(first) * len(second))] * len(first)
     return mean(shares)
 
 

@@ -67,7 +67,8 @@ pub fn holm(p_values: &[f64]) -> Vec<f64> {
 }
 
 /// The probability that a score of the first method is greater than one of the second, ties half, averaged over tasks
-/// (Agarwal et al. 2021). `None` where a task lacks scores.
+/// (Agarwal et al. 2021). A task weighs as many as the first method has scores in it: one that a resample holds twice
+/// counts twice. `None` where a task lacks scores.
 pub fn probability_of_improvement(tasks: &[(&[f64], &[f64])]) -> Option<f64> {
     let better = |x: f64, y: f64| {
         if x > y {
@@ -78,12 +79,16 @@ pub fn probability_of_improvement(tasks: &[(&[f64], &[f64])]) -> Option<f64> {
             0.0
         }
     };
-    let shares = tasks.iter().map(|(first, second)| {
-        let pairs = first.len() * second.len();
+    let (mut won, mut scores) = (0.0, 0);
+    for (first, second) in tasks {
+        if first.is_empty() || second.is_empty() {
+            return None;
+        }
         let sum: f64 = first.iter().flat_map(|x| second.iter().map(move |y| better(*x, *y))).sum();
-        (pairs > 0).then(|| sum / pairs as f64)
-    });
-    super::mean(&shares.collect::<Option<Vec<f64>>>()?)
+        won += sum / second.len() as f64;
+        scores += first.len();
+    }
+    (scores > 0).then(|| won / scores as f64)
 }
 
 #[cfg(test)]
@@ -128,6 +133,9 @@ mod tests {
             [(&[1.0, 2.0, 1.0, 2.0], &[1.0, 2.0, 3.0]), (&[2.0, 2.0, 1.0, 1.0], &[1.0, 2.0, 3.0])];
         assert!((probability_of_improvement(&tasks).unwrap() - 1.0 / 3.0).abs() < 1e-12);
         assert_eq!(probability_of_improvement(&[(&[], &[1.0])]), None);
+        let (won, lost): ((&[f64], &[f64]), (&[f64], &[f64])) = ((&[1.0, 1.0], &[0.0, 0.0]), (&[0.0], &[1.0]));
+        let twice = probability_of_improvement(&[won, lost]).unwrap();
+        assert!((twice - 2.0 / 3.0).abs() < 1e-12, "a task that is drawn twice counts twice");
     }
 
     /// Where the differences are many, the drawn p-value is near that of the normal limit.

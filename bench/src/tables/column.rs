@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use situ::edit::Edit;
 use situ::trace::Counters;
 
-use super::pooled::Pooled;
+use super::pooled::{Pooled, draws};
 use crate::record::Rate;
 use crate::stats::{self, Estimate};
 
@@ -98,15 +98,15 @@ pub(super) fn estimate(estimate: Option<Estimate>) -> Cell {
 }
 
 /// A statistic of the values, with a bootstrap interval.
-fn drawn(values: impl IntoIterator<Item = f64>, seed: u64, statistic: fn(&[f64]) -> Option<f64>) -> Cell {
+fn drawn(values: impl IntoIterator<Item = f64>, statistic: fn(&[f64]) -> Option<f64>) -> Cell {
     let values: Vec<f64> = values.into_iter().collect();
     let of = |drawn: &[usize]| statistic(&drawn.iter().map(|index| values[*index]).collect::<Vec<_>>());
-    estimate(stats::bootstrap(values.len(), seed, of))
+    estimate(stats::bootstrap(values.len(), draws(), of))
 }
 
 /// The median, with a bootstrap interval.
-pub(super) fn median(values: impl IntoIterator<Item = f64>, seed: u64) -> Cell {
-    drawn(values, seed, stats::median)
+pub(super) fn median(values: impl IntoIterator<Item = f64>) -> Cell {
+    drawn(values, stats::median)
 }
 
 /// How often each set of edits was made, in words.

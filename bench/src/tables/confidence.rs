@@ -24,7 +24,8 @@ const TITLE: Title = Title {
         counts. A choice is made where a place has two children or more, in the rollouts of the last model from fresh \
         starts; the likeliest child is right where it holds the skill that the task's own program would do next, as the \
         teacher calls it, or is END where the goal holds. `accuracy` is the share that was right; Brier and ECE are \
-        the Brier score and the expected calibration error (ten bins) of its probability. `explained` is the share of \
+        the Brier score and the expected calibration error (ten bins of equal width) of its probability; runs without a \
+        choice enter none of the three. `explained` is the share of \
         the segments of a demonstration that was given to nobody for which some primitive has a density; `likelihood` \
         their log-likelihood, nats per keyframe, the median over runs. Two 95 % bootstrap intervals each: by units \
         (family × seed) and by variations.",
@@ -45,30 +46,29 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
         .column("accuracy", Shape::Pooled(2), |row| {
             let pair = |(run, one): (_, &BranchCalibration)| (run, (f64::from(one.right()), f64::from(one.choices())));
             let of: Vec<_> = calibrations(row).into_iter().map(pair).collect();
-            cell(pooled_ratio(&of, row.seed("accuracy")), Bound::Exact)
+            cell(pooled_ratio(&of), Bound::Exact)
         })
         .column("Brier", Shape::Pooled(3), |row| {
-            cell(pooled_by(&calibrations(row), row.seed("Brier"), |all| brier(all.copied())), Bound::Exact)
+            cell(pooled_by(&calibrations(row), |all| brier(all.copied())), Bound::Exact)
         })
         .column("ECE", Shape::Pooled(3), |row| {
-            cell(pooled_by(&calibrations(row), row.seed("ECE"), |all| calibration_error(all.copied())), Bound::Exact)
+            cell(pooled_by(&calibrations(row), |all| calibration_error(all.copied())), Bound::Exact)
         })
         .column("explained", Shape::Pooled(2), |row| {
             let pair = |run: &RunRecord| {
                 let held_out = run.held_out?;
                 Some((f64::from(held_out.explained), f64::from(held_out.segments)))
             };
-            cell(pooled_ratio(&of_runs(row.of.iter().copied(), pair), row.seed("explained")), Bound::Exact)
+            cell(pooled_ratio(&of_runs(row.of.iter().copied(), pair)), Bound::Exact)
         })
         .column("likelihood", Shape::Pooled(1), |row| {
             let of = of_runs(row.of.iter().copied(), |run| run.held_out?.per_keyframe());
-            median(&of, row.seed("likelihood"))
+            median(&of)
         })
 }
 
 fn table(records: &Canonical) -> Table {
     let runs = records.iter().filter_map(Record::single_run).filter(|run| run.outcome.counts());
-    let label = |(protocol, method, edit): &MethodKey<'_>| format!("t7/{protocol}/{method}/{edit}");
-    let rows: Vec<Row> = rows(runs.map(|run| (method_key(run), run)), label);
+    let rows: Vec<Row> = rows(runs.map(|run| (method_key(run), run)));
     Table::new(TITLE, columns(), &rows, rows.iter().map(|row| (row.key.0, row.of.len())))
 }

@@ -31,6 +31,7 @@ const TITLE: Title = Title {
         |T| primitives at each local update (a full retraining has none), median exact work of a correction, and its \
         time. `held` are the segments whose skill, as the teacher calls it, some primitive held; `A1.6 right` is the \
         share of them in which the applicable primitives, the index of line A1.6 alone, had such a one among them. \
+        A step in a model without primitives has no |Z|/|T|. \
         Medians of |Z|/|T| and of the time, and that share, have two 95 % bootstrap intervals: by units (family × \
         seed) and by variations.",
 };
@@ -66,12 +67,12 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
             let ratio = |step: &StepSummary| {
                 (step.model_size > 0).then(|| f64::from(step.applicable) / f64::from(step.model_size))
             };
-            median(&of_steps(row, ratio), row.seed("ratio"))
+            median(&of_steps(row, ratio))
         })
         .count("held", |row| of_steps(row, |step| step.retrieved).len())
         .column("A1.6_right", Shape::Pooled(2), |row| {
             let found = |step: &StepSummary| Some((f64::from(u8::from(step.retrieved?)), 1.0));
-            cell(pooled_ratio(&of_steps(row, found), row.seed("A1.6")), Bound::Exact)
+            cell(pooled_ratio(&of_steps(row, found)), Bound::Exact)
         });
     medians(columns, |row| corrections(row).map(|correction| correction.counters).collect()).wall(
         "update_ms",
@@ -79,7 +80,7 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
         |row| {
             let of = row.of.iter().flat_map(|run| run.corrections.iter().map(move |correction| (*run, correction)));
             let times = of.map(|(run, correction)| (run, correction.update_seconds * MILLISECONDS_PER_SECOND));
-            median(&times.collect::<Vec<_>>(), row.seed("time"))
+            median(&times.collect::<Vec<_>>())
         },
     )
 }
@@ -88,7 +89,6 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
 fn table(records: &Canonical) -> Table {
     let runs = records.iter().filter_map(Record::single_run);
     let corrected = runs.filter(|run| run.outcome.counts() && !run.corrections.is_empty());
-    let label = |(protocol, method, edit): &MethodKey<'_>| format!("t4/physics/{protocol}/{method}/{edit}");
-    let rows: Vec<Row> = rows(corrected.map(|run| (method_key(run), run)), label);
+    let rows: Vec<Row> = rows(corrected.map(|run| (method_key(run), run)));
     Table::new(TITLE, columns(), &rows, rows.iter().map(|row| (row.key.0, row.of.len())))
 }

@@ -28,10 +28,10 @@ const TITLE: Title = Title {
     note: "A row is a method and the edit that the variation needs, over all tasks, teachers and seeds whose run \
         counts. `first` counts the set of edits that the first correction made which shows what changed, `all` that of \
         every correction; `several` are sets of two or more. `right` is the share in which the set was the edit needed \
-        and nothing else. Runs that reached the target without a correction are counted apart. Teaching from scratch \
-        edits nothing and has no row. Node F1 is over pairs of keyframes, which belong together where the teacher \
-        calls both the same; edge F1 is over transitions from skill to skill; duplicates are nodes that hold a skill \
-        which another node holds as well. 1 is beyond a method that cuts where an object is named and sees one skill \
+        and nothing else. `uncorrected` are runs without a correction, whether they reached the target or not. Teaching \
+        from scratch and the control edit nothing and have no row. Node F1 is over pairs of keyframes, which belong together where the teacher \
+        calls both the same; edge F1 is over transitions from skill to skill; duplicates are nodes whose skill \
+        an earlier node holds. 1 is beyond a method that cuts where an object is named and sees one skill \
         where two cubes go into one bin: the best of those is `oracle_edit`. Means over runs. Two 95 % bootstrap \
         intervals each: by units (family × seed) and by variations.",
 };
@@ -91,21 +91,20 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
                     (!counted.is_empty()).then_some((right as f64, counted.len() as f64))
                 };
                 let of = of_runs(row.of.iter().copied(), pair);
-                cell(pooled_ratio(&of, row.seed(right)), Bound::Exact)
+                cell(pooled_ratio(&of), Bound::Exact)
             },
         )
     });
     STRUCTURE.into_iter().fold(columns, |columns, (name, measure)| {
         columns.column(name, Shape::Pooled(2), move |row| {
-            mean(row.of.iter().copied(), |run| measure(run.structure.as_ref()?), row.seed(name))
+            mean(row.of.iter().copied(), |run| measure(run.structure.as_ref()?))
         })
     })
 }
 
 fn table(records: &Canonical) -> Table {
     let runs = records.iter().filter_map(Record::single_run);
-    let counted = runs.filter(|run| run.outcome.counts() && role(&run.key.method) != Role::FromScratch);
-    let label = |(protocol, method, needed): &MethodKey<'_>| format!("t3/{protocol}/{method}/{needed}");
-    let rows: Vec<Row> = rows(counted.map(|run| (method_key(run), run)), label);
+    let counted = runs.filter(|run| run.outcome.counts() && role(&run.key.method) == Role::Correct);
+    let rows: Vec<Row> = rows(counted.map(|run| (method_key(run), run)));
     Table::new(TITLE, columns(), &rows, rows.iter().map(|row| (row.key.0, row.of.len())))
 }

@@ -24,9 +24,10 @@ const TITLE: Title = Title {
         time in the rollout) are success from fresh starts, by which nothing was decided. A demonstration is one that \
         the robot was given, a try one that the teacher performed; lengths are over all tries. A run that did not \
         reach the target, or whose teacher gave up, counts the budget of demonstrations; ≥ marks a mean with such \
-        runs. Ratios are to teaching from scratch, paired by seed; ≥, ≤ and ~ mark corrections that did not reach the \
+        runs; tries and lengths of such a run are what was spent. Ratios are to teaching from scratch, paired by seed; ≥, ≤ and ~ mark corrections that did not reach the \
         target, such teaching from scratch, and both. Means with 95 % bootstrap intervals over seeds, from two seeds \
-        on; `reached` with the Wilson 95 % interval. The originals that a correction builds on are charged apart.",
+        on; `reached` with the Wilson 95 % interval. `originals` is the number of demonstrations of the original task that \
+        a correction builds on, charged apart. A control is taught nothing and has no effort.",
 };
 
 /// The method that others are compared with, and whose demonstrations are whole ones.
@@ -45,26 +46,28 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
         .text("edit_needed", |row| row.row.key.edit.name())
         .text("teacher", |row| row.row.key.teacher)
         .text("method", |row| row.row.key.method.name)
-        .count("seeds", |row| row.row.of.len());
+        .count("seeds", |row| row.counted.len());
     let columns = uncounted(columns)
-        .column("before", Shape::Pooled(2), |row| success(row.runs(), |run| run.before, row.row.seed("before")))
-        .column("after", Shape::Pooled(2), |row| success(row.runs(), |run| run.after, row.row.seed("after")))
-        .column("once", Shape::Pooled(2), |row| once(row.runs(), row.row.seed("once")))
+        .column("before", Shape::Pooled(2), |row| success(row.runs(), |run| run.before))
+        .column("after", Shape::Pooled(2), |row| success(row.runs(), |run| run.after))
+        .column("once", Shape::Pooled(2), |row| once(row.runs()))
         .column("reached", Shape::Rate, |row| share(row.counted.iter().map(|run| run.is_reached())));
     let columns = EFFORT.into_iter().fold(columns, |columns, (name, measure, digits)| {
         columns.column(name, Shape::Pooled(digits), move |row| {
             if role(row.row.key.method.name) == Role::Control {
                 return Cell::Nothing;
             }
-            effort(row.runs(), measure, row.row.seed(name))
+            effort(row.runs(), measure)
         })
     });
     let columns = RATIOS.into_iter().fold(columns, |columns, (name, measure)| {
-        columns.column(name, Shape::Pooled(2), move |row| row.ratio(EFFORT[measure].1, name))
+        columns.column(name, Shape::Pooled(2), move |row| row.ratio(EFFORT[measure].1))
     });
-    let originals = |run: &RunRecord| Some(f64::from(run.original.demonstrations));
+    // Teaching from scratch builds on no original.
+    let originals =
+        |run: &RunRecord| (role(&run.key.method) != Role::FromScratch).then(|| f64::from(run.original.demonstrations));
     columns
-        .column("originals", Shape::Pooled(1), move |row| mean(row.runs(), originals, row.row.seed("originals")))
+        .column("originals", Shape::Pooled(1), move |row| mean(row.runs(), originals))
         .text("made_first", |row| made(row.counted.iter().filter_map(|run| run.corrections.first()?.edits().into())))
         .text("made_in_all", |row| {
             made(row.counted.iter().flat_map(|run| &run.corrections).map(|correction| correction.edits()))
@@ -72,11 +75,7 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
 }
 
 fn table(records: &Canonical) -> Table {
-    let label = |key: &CellKey<'_>| {
-        let CellKey { protocol, task, variation, edit, teacher, method, .. } = key;
-        format!("t1/{protocol}/{task}/{variation}/{edit}/{teacher}/{method}")
-    };
     let is_corrected = |run: &RunRecord| role(&run.key.method) == Role::Correct;
-    let rows = compared(records, CellKey::from, label, FROM_SCRATCH, is_corrected);
+    let rows = compared(records, CellKey::from, FROM_SCRATCH, is_corrected);
     Table::new(TITLE, columns(), &rows, rows.iter().map(|row| (row.row.key.protocol, row.row.of.len())))
 }

@@ -45,8 +45,7 @@ fn key(run: &RunRecord) -> Option<Key<'_>> {
 
 fn table(records: &Canonical) -> Table {
     let runs = records.iter().filter_map(|record| if let Record::Run(run) = record { Some(run) } else { None });
-    let rows: Vec<rows::Row<Key<'_>, &RunRecord>> =
-        rows(runs.filter_map(|run| Some((key(run)?, run))), |key| format!("endings/{key:?}"));
+    let rows: Vec<rows::Row<Key<'_>, &RunRecord>> = rows(runs.filter_map(|run| Some((key(run)?, run))));
     let columns = Columns::<rows::Row<Key<'_>, &RunRecord>>::new()
         .text("protocol", |row| row.key.0)
         .text("task", |row| row.key.1)

@@ -8,6 +8,7 @@ use situ::edit::Edit;
 use super::column::{
     COUNTERS, Cell, Columns, MILLISECONDS_PER_SECOND, Shape, estimate, made, median, medians, middle, some,
 };
+use super::pooled::draws;
 use super::rows::{self, MethodName, rows};
 use super::table::{Table, Title};
 use crate::ledger::Canonical;
@@ -18,8 +19,8 @@ const SCALING: Title = Title {
     id: "t4_scaling",
     text: "T4 update cost by the size of the task model",
     note: "Synthetic automata, one planted correction each: median exact work of the update, and its time. The ratio \
-        is that method's cost divided by that of `situ` on the same automata, paired by seed, with a 95 % bootstrap \
-        interval. A series varies one thing: the nodes with |Z| held fixed, the nodes with |Z| left free, or the \
+        is that method's cost divided by that of `situ` on the same automata, of sums over seeds and corrections, with a \
+        95 % bootstrap interval by these pairs. A series varies one thing: the nodes with |Z| held fixed, the nodes with |Z| left free, or the \
         original demonstrations.",
 };
 const SLOPES: Title = Title {
@@ -72,20 +73,15 @@ struct Row<'a> {
     situ: Option<Vec<&'a CostRecord>>,
 }
 
-/// The rows of all synthetic updates. `size` gives the nodes and the originals that have rows of their own. `table` and
-/// these name the rows in their seeds.
-fn costs<'a>(records: &'a Canonical, table: &str, size: fn(&CostRecord) -> [Option<u32>; 2]) -> Vec<Costs<'a>> {
+/// The rows of all synthetic updates. `size` gives the nodes and the originals that have rows of their own.
+fn costs<'a>(records: &'a Canonical, size: fn(&CostRecord) -> [Option<u32>; 2]) -> Vec<Costs<'a>> {
     let costs = records.iter().filter_map(|record| if let Record::Cost(cost) = record { Some(cost) } else { None });
     let key = |cost: &'a CostRecord| {
         let (protocol, series, method) = (&*cost.protocol, &*cost.series, MethodName::of(&cost.method));
         let [nodes, originals] = size(cost);
         Key { protocol, series, method, edit: cost.edit, nodes, originals }
     };
-    let label = |Key { protocol, series, method, edit, nodes, originals }: &Key<'_>| {
-        let sizes: String = [nodes, originals].into_iter().flatten().map(|size| format!("/{size}")).collect();
-        format!("t4/{table}/{protocol}/{series}/{method}/{edit}{sizes}")
-    };
-    rows(costs.map(|cost| (key(cost), cost)), label)
+    rows(costs.map(|cost| (key(cost), cost)))
 }
 
 /// These rows, each with the costs of `situ` in its place.
@@ -114,13 +110,14 @@ fn words<'a, R: 'a>(key: fn(&R) -> Key<'a>) -> Columns<'a, R> {
 
 impl Row<'_> {
     /// The ratio of a cost to that of `situ` on the same automata.
-    fn to_situ(&self, quantity: &str, of: fn(&CostRecord) -> f64) -> Cell {
+    fn to_situ(&self, of: fn(&CostRecord) -> f64) -> Cell {
         let pair = |cost: &&CostRecord| {
-            let other = self.situ.as_ref()?.iter().find(|other| other.seed == cost.seed)?;
+            let place = |cost: &CostRecord| (cost.seed, cost.correction);
+            let other = self.situ.as_ref()?.iter().find(|other| place(other) == place(cost))?;
             Some((of(cost), of(other)))
         };
         let pairs: Vec<(f64, f64)> = self.row.of.iter().filter_map(pair).collect();
-        estimate(stats::paired_ratio(&pairs, self.row.seed(quantity)))
+        estimate(stats::paired_ratio(&pairs, draws()))
     }
 
     /// The slope of a cost over the quantity that the series varies.
@@ -149,21 +146,19 @@ pub(super) fn scaling(records: &Canonical) -> Table {
         });
     let columns = medians(columns, |row| row.row.of.iter().map(|cost| cost.counters).collect());
     let columns = columns
-        .column("hmm_fits_ratio", Shape::Estimate(1), |row| {
-            row.to_situ("hmm_fits", |cost| cost.counters.hmm_fits as f64)
-        })
+        .column("hmm_fits_ratio", Shape::Estimate(1), |row| row.to_situ(|cost| cost.counters.hmm_fits as f64))
         .wall("update_ms", Shape::Estimate(3), |row| {
             let times = row.row.of.iter().map(|cost| cost.update_seconds * MILLISECONDS_PER_SECOND);
-            median(times, row.row.seed("time"))
+            median(times)
         })
-        .wall("ratio", Shape::Estimate(1), |row| row.to_situ("time", |cost| cost.update_seconds));
-    let rows = costs(records, "scaling", |cost| [Some(cost.nodes), Some(cost.originals)]);
+        .wall("ratio", Shape::Estimate(1), |row| row.to_situ(|cost| cost.update_seconds));
+    let rows = costs(records, |cost| [Some(cost.nodes), Some(cost.originals)]);
     table(SCALING, columns, &beside_situ(rows))
 }
 
 /// The rows with one for all sizes of a series.
 fn all_sizes(records: &Canonical) -> Vec<Row<'_>> {
-    beside_situ(costs(records, "slopes", |_| [None, None]))
+    beside_situ(costs(records, |_| [None, None]))
 }
 
 /// The quantity that a series varies, and its value for an automaton.
@@ -249,11 +244,11 @@ pub(super) fn latency(records: &Canonical) -> Table {
         .count("corrections", |row| row.of.len())
         .text("edit_made", |row| made(row.of.iter().map(|cost| [cost.edit_made].into())))
         .column("segments", Shape::Number(0), |row| middle(row.of.iter().map(|cost| segments(cost))))
-        .wall("update_ms", Shape::Estimate(2), |row| median(of_corrections(row), row.seed("correction")))
+        .wall("update_ms", Shape::Estimate(2), |row| median(of_corrections(row)))
         .wall("update_p99_ms", Shape::Number(2), |row| slowest(&of_corrections(row)))
-        .wall("segment_ms", Shape::Estimate(2), |row| median(of_segments(row), row.seed("segment")))
+        .wall("segment_ms", Shape::Estimate(2), |row| median(of_segments(row)))
         .wall("segment_p99_ms", Shape::Number(2), |row| slowest(&of_segments(row)));
-    let mut rows = costs(records, "latency", |cost| [Some(cost.nodes), None]);
+    let mut rows = costs(records, |cost| [Some(cost.nodes), None]);
     rows.retain(|row| row.of.iter().any(|cost| cost.correction > 0));
     Table::new(LATENCY, columns, &rows, rows.iter().map(|row| (row.key.protocol, row.of.len())))
 }

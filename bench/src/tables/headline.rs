@@ -23,7 +23,8 @@ const TITLE: Title = Title {
         last demonstration, `original` success on the original task after it, both from fresh starts: no rollout from \
         them has decided anything. `original before` is success on the original task before the first correction, \
         from the same starts. Demonstrations: those that the robot was given, the budget where the target was not \
-        reached; ≥ marks a mean with such runs. Two 95 % bootstrap intervals each: by units (family × seed) and by \
+        reached; ≥ marks a mean with such runs, whose keyframes are what was spent. A control is taught nothing and has \
+        no effort. Two 95 % bootstrap intervals each: by units (family × seed) and by \
         variations. The clock: the median over runs of the mean time of an update; other runs went on beside it.",
 };
 
@@ -41,30 +42,29 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
         .count("runs", |row| row.of.len())
         .count("units", move |row| units(runs(row)))
         .count("variations", move |row| variations(runs(row)))
-        .column("changed", Shape::Pooled(2), move |row| success(runs(row), |run| run.after, row.seed("after")))
+        .column("changed", Shape::Pooled(2), move |row| success(runs(row), |run| run.after))
         .column("original_before", Shape::Pooled(2), move |row| {
             if role(row.key.2.name) == Role::FromScratch {
                 return Cell::Nothing;
             }
-            success(runs(row), |run| run.original_rate, row.seed("before"))
+            success(runs(row), |run| run.original_rate)
         })
-        .column("original", Shape::Pooled(2), move |row| success(runs(row), |run| run.retained, row.seed("original")))
+        .column("original", Shape::Pooled(2), move |row| success(runs(row), |run| run.retained))
         .column("demonstrations", Shape::Pooled(digits), move |row| {
-            if is_control(row) { Cell::Nothing } else { effort(runs(row), demonstrations, row.seed("demonstrations")) }
+            if is_control(row) { Cell::Nothing } else { effort(runs(row), demonstrations) }
         })
         .column("keyframes", Shape::Pooled(1), move |row| {
-            if is_control(row) { Cell::Nothing } else { effort(runs(row), keyframes, row.seed("keyframes")) }
+            if is_control(row) { Cell::Nothing } else { effort(runs(row), keyframes) }
         })
         .wall("update_ms", Shape::Pooled(2), move |row| {
             let times = of_runs(runs(row), |run| Some(MILLISECONDS_PER_SECOND * run.update_seconds()?));
-            median(&times, row.seed("time"))
+            median(&times)
         })
 }
 
 fn table(records: &Canonical) -> Table {
     let runs = records.iter().filter_map(Record::single_run);
     let counted = runs.filter(|run| run.counts_for_an_edit());
-    let label = |(protocol, teacher, method): &TeacherKey<'_>| format!("headline/{protocol}/{teacher}/{method}");
-    let rows: Vec<Row> = rows(counted.map(|run| (teacher_key(run), run)), label);
+    let rows: Vec<Row> = rows(counted.map(|run| (teacher_key(run), run)));
     Table::new(TITLE, columns(), &rows, rows.iter().map(|row| (row.key.0, row.of.len())))
 }

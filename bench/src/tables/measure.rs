@@ -39,66 +39,57 @@ pub(super) fn of_runs<'a, T>(
 }
 
 /// The share of rollouts that succeeded, over runs.
-pub(super) fn success<'a>(
-    runs: impl IntoIterator<Item = &'a RunRecord>,
-    rate: fn(&RunRecord) -> Option<Rate>,
-    seed: u64,
-) -> Cell {
+pub(super) fn success<'a>(runs: impl IntoIterator<Item = &'a RunRecord>, rate: fn(&RunRecord) -> Option<Rate>) -> Cell {
     let pair = |rate: Rate| (f64::from(rate.successes), f64::from(rate.rollouts));
-    cell(pooled_ratio(&of_runs(runs, |run| rate(run).map(pair)), seed), Bound::Exact)
+    cell(pooled_ratio(&of_runs(runs, |run| rate(run).map(pair))), Bound::Exact)
 }
 
 /// The same of success at some time in the rollout, if not at its end.
-pub(super) fn once<'a>(runs: impl IntoIterator<Item = &'a RunRecord>, seed: u64) -> Cell {
+pub(super) fn once<'a>(runs: impl IntoIterator<Item = &'a RunRecord>) -> Cell {
     let pair = |rate: Rate| (f64::from(rate.once), f64::from(rate.rollouts));
-    cell(pooled_ratio(&of_runs(runs, |run| run.after.map(pair)), seed), Bound::Exact)
+    cell(pooled_ratio(&of_runs(runs, |run| run.after.map(pair))), Bound::Exact)
 }
 
 /// The mean of a quantity over runs that have it.
 pub(super) fn mean<'a>(
     runs: impl IntoIterator<Item = &'a RunRecord>,
     quantity: impl Fn(&RunRecord) -> Option<f64>,
-    seed: u64,
 ) -> Cell {
-    cell(pooled_ratio(&of_runs(runs, |run| Some((quantity(run)?, 1.0))), seed), Bound::Exact)
+    cell(pooled_ratio(&of_runs(runs, |run| Some((quantity(run)?, 1.0)))), Bound::Exact)
 }
 
 /// The median of things of runs.
-pub(super) fn median(of: &OfRuns<'_, f64>, seed: u64) -> Cell {
+pub(super) fn median(of: &OfRuns<'_, f64>) -> Cell {
     let statistic = |values: &mut dyn Iterator<Item = &f64>| stats::median(&values.copied().collect::<Vec<_>>());
-    cell(pooled_by(of, seed, statistic), Bound::Exact)
+    cell(pooled_by(of, statistic), Bound::Exact)
 }
 
 /// The interquartile mean of success over runs, the last demonstration given.
-pub(super) fn interquartile_mean<'a>(runs: impl IntoIterator<Item = &'a RunRecord>, seed: u64) -> Cell {
+pub(super) fn interquartile_mean<'a>(runs: impl IntoIterator<Item = &'a RunRecord>) -> Cell {
     let statistic =
         |values: &mut dyn Iterator<Item = &f64>| stats::interquartile_mean(&values.copied().collect::<Vec<_>>());
-    cell(pooled_by(&of_runs(runs, |run| share(run.after)), seed, statistic), Bound::Exact)
+    cell(pooled_by(&of_runs(runs, |run| share(run.after)), statistic), Bound::Exact)
 }
 
 /// The mean effort over runs: a lower bound where one of them did not reach the target.
-pub(super) fn effort<'a>(
-    runs: impl IntoIterator<Item = &'a RunRecord>,
-    measure: fn(&RunRecord) -> f64,
-    seed: u64,
-) -> Cell {
+pub(super) fn effort<'a>(runs: impl IntoIterator<Item = &'a RunRecord>, measure: fn(&RunRecord) -> f64) -> Cell {
     let of = of_runs(runs, |run| Some((measure(run), 1.0)));
     let bound = Bound::of(of.iter().all(|(run, _)| run.is_reached()), true);
-    cell(pooled_ratio(&of, seed), bound)
+    cell(pooled_ratio(&of), bound)
 }
 
 /// The ratio of the effort of runs to that of their partners.
-pub(super) fn effort_ratio(pairs: &[(&RunRecord, &RunRecord)], measure: fn(&RunRecord) -> f64, seed: u64) -> Cell {
+pub(super) fn effort_ratio(pairs: &[(&RunRecord, &RunRecord)], measure: fn(&RunRecord) -> f64) -> Cell {
     let of: Vec<_> = pairs.iter().map(|(own, other)| (*own, (measure(own), measure(other)))).collect();
     let reached = |of: fn(&(&RunRecord, &RunRecord)) -> bool| pairs.iter().all(of);
     let bound = Bound::of(reached(|pair| pair.0.is_reached()), reached(|pair| pair.1.is_reached()));
-    cell(pooled_ratio(&of, seed), bound)
+    cell(pooled_ratio(&of), bound)
 }
 
 /// The mean difference of two quantities of runs, over the runs that have both.
-pub(super) fn difference<'a>(of: impl Iterator<Item = (&'a RunRecord, Option<f64>, Option<f64>)>, seed: u64) -> Cell {
+pub(super) fn difference<'a>(of: impl Iterator<Item = (&'a RunRecord, Option<f64>, Option<f64>)>) -> Cell {
     let of: Vec<_> = of.filter_map(|(run, own, other)| Some((run, (own? - other?, 1.0)))).collect();
-    cell(pooled_ratio(&of, seed), Bound::Exact)
+    cell(pooled_ratio(&of), Bound::Exact)
 }
 
 /// The number of units of these runs.

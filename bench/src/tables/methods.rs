@@ -25,7 +25,8 @@ const TITLE: Title = Title {
         `once` (at some time in the rollout) are success from fresh starts, by which nothing was decided; IQM is the \
         interquartile mean over runs; `original` is success on the original task after the last correction. \
         Demonstrations are corrective, or full ones where a method is taught from scratch; a run that did not reach \
-        the target counts its budget. ≥ marks a mean with such runs; `to situ` is the ratio of such means, paired by \
+        the target counts its budget. ≥ marks a mean with such runs, whose tries are what was \
+        spent; a control is taught nothing and has neither. `to situ` is the ratio of such means, paired by \
         cell and seed; ≥, ≤ and ~ mark runs of the method, of situ and of both that did not reach it. Two 95 % \
         bootstrap intervals each: by units (family × seed) and by variations. The clock: the median over runs of the \
         mean time of an update, and the median of its ratio to that of situ in the same cell with the same seed, \
@@ -41,7 +42,7 @@ type Row<'a> = Compared<'a, MethodKey<'a>>;
 fn time_to_situ(row: &Row) -> Cell {
     let ratio = |(run, situ): &(&RunRecord, &RunRecord)| Some(run.update_seconds()? / situ.update_seconds()?);
     let ratios = row.pairs.iter().filter_map(|pair| Some((pair.0, ratio(pair).filter(|ratio| ratio.is_finite())?)));
-    median(&ratios.collect::<Vec<_>>(), row.row.seed("time ratio"))
+    median(&ratios.collect::<Vec<_>>())
 }
 
 /// The mean of a measure of effort; nothing for a control, which is taught nothing.
@@ -49,36 +50,35 @@ fn taught(row: &Row, index: usize) -> Cell {
     if role(row.row.key.1.name) == Role::Control {
         return Cell::Nothing;
     }
-    let (name, measure, _) = EFFORT[index];
-    effort(row.runs(), measure, row.row.seed(name))
+    let (_, measure, _) = EFFORT[index];
+    effort(row.runs(), measure)
 }
 
 fn columns<'a>() -> Columns<'a, Row<'a>> {
     let columns = method_columns::<Row<'a>>(|row| row.row.key)
-        .count("runs", |row| row.row.of.len())
-        .count("units", |row| units(row.row.of.iter().copied()))
-        .count("variations", |row| variations(row.row.of.iter().copied()));
+        .count("runs", |row| row.counted.len())
+        .count("units", |row| units(row.runs()))
+        .count("variations", |row| variations(row.runs()));
     let is_reached = |run: &RunRecord| Some(f64::from(u8::from(run.is_reached())));
     uncounted(columns)
-        .column("reached", Shape::Pooled(2), move |row| mean(row.runs(), is_reached, row.row.seed("reached")))
-        .column("after", Shape::Pooled(2), |row| success(row.runs(), |run| run.after, row.row.seed("after")))
-        .column("once", Shape::Pooled(2), |row| once(row.runs(), row.row.seed("once")))
-        .column("IQM", Shape::Pooled(2), |row| interquartile_mean(row.runs(), row.row.seed("IQM")))
-        .column("original", Shape::Pooled(2), |row| success(row.runs(), |run| run.retained, row.row.seed("original")))
+        .column("reached", Shape::Pooled(2), move |row| mean(row.runs(), is_reached))
+        .column("after", Shape::Pooled(2), |row| success(row.runs(), |run| run.after))
+        .column("once", Shape::Pooled(2), |row| once(row.runs()))
+        .column("IQM", Shape::Pooled(2), |row| interquartile_mean(row.runs()))
+        .column("original", Shape::Pooled(2), |row| success(row.runs(), |run| run.retained))
         .column("demonstrations", Shape::Pooled(2), |row| taught(row, 0))
         .column("tries", Shape::Pooled(2), |row| taught(row, 1))
         .column("demonstrations_to_situ", Shape::Pooled(2), |row| {
-            if role(row.row.key.1.name) == Role::Control { Cell::Nothing } else { row.ratio(EFFORT[0].1, "ratio") }
+            if role(row.row.key.1.name) == Role::Control { Cell::Nothing } else { row.ratio(EFFORT[0].1) }
         })
         .wall("update_ms", Shape::Pooled(2), |row| {
             let times = of_runs(row.runs(), |run| Some(MILLISECONDS_PER_SECOND * run.update_seconds()?));
-            median(&times, row.row.seed("time"))
+            median(&times)
         })
         .wall("update_to_situ", Shape::Pooled(1), time_to_situ)
 }
 
 fn table(records: &Canonical) -> Table {
-    let label = |(protocol, method, edit): &MethodKey<'_>| format!("methods/{protocol}/{method}/{edit}");
-    let rows = compared(records, method_key, label, SITU, |run| run.key.method != SITU);
+    let rows = compared(records, method_key, SITU, |run| run.key.method != SITU);
     Table::new(TITLE, columns(), &rows, rows.iter().map(|row| (row.row.key.0, row.row.of.len())))
 }

@@ -6,7 +6,7 @@ use situ::method::Role;
 
 use super::column::{Bound, Cell, Columns, Shape, some};
 use super::measure::{cell, share, units};
-use super::pooled::{Pooled, pooled_by, pooled_ratio, unit_means, variation};
+use super::pooled::{Pooled, draws, pooled_by, pooled_ratio, unit_means, variation};
 use super::rows::{MethodName, role, rows};
 use super::table::{Publication, Table, Title};
 use crate::ledger::Canonical;
@@ -23,25 +23,26 @@ pub(super) const PAIRED: Publication = Publication {
 const TITLE: Title = Title {
     id: "paired",
     text: "SITU beside every other method, paired",
-    note: "Differences, SITU less the other, over the runs of both in the same cell with the same seed, where the task \
+    note: "Every other method but the control. Differences, SITU less the other, over the runs of both in the same cell with the same seed, where the task \
         needs an edit: success on the changed task and on the original one after the last demonstration, from fresh \
         starts, and demonstrations, where a run that did not reach the target counts the budget. Two 95 % bootstrap \
         intervals each: by units (family × seed) and by variations. p: a two-sided sign-flip test over the means of the \
         units, exact up to 16 of them; `Holm` is corrected over all tests of this table. `least p` is the least that \
-        so many units can give. `improvement` is the probability that a run of SITU succeeds more often than a run of \
-        the other method on the same variation, ties half, averaged over variations (Agarwal et al. 2021).",
+        so many units can give before the correction. `improvement` is the probability that a run of SITU succeeds more often than a run of \
+        the other method on the same variation, ties half, averaged over variations (Agarwal et al. 2021), each \
+        weighed by its runs.",
 };
 
 /// The method that is compared.
 const SITU: &str = "situ";
 
 /// A quantity of a run; `None` where the run has none.
-type Measure = (&'static str, [&'static str; 3], fn(&RunRecord) -> Option<f64>);
+type Measure = ([&'static str; 3], fn(&RunRecord) -> Option<f64>);
 
 const MEASURES: [Measure; 3] = [
-    ("success", ["success", "p_success", "Holm_success"], |run| share(run.after)),
-    ("demonstrations", ["demonstrations", "p_demonstrations", "Holm_demonstrations"], demonstrations),
-    ("original", ["original", "p_original", "Holm_original"], |run| share(run.retained)),
+    (["success", "p_success", "Holm_success"], |run| share(run.after)),
+    (["demonstrations", "p_demonstrations", "Holm_demonstrations"], |run| Some(f64::from(run.charged()))),
+    (["original", "p_original", "Holm_original"], |run| share(run.retained)),
 ];
 
 /// Protocol, teacher, and the method that SITU is compared with.
@@ -65,23 +66,18 @@ struct Row<'a> {
     tested: Vec<Option<Tested>>,
 }
 
-/// What counts as the demonstrations that a run took; `None` of a control, which is taught nothing.
-fn demonstrations(run: &RunRecord) -> Option<f64> {
-    (role(&run.key.method) != Role::Control).then(|| f64::from(run.charged()))
-}
-
 /// A difference of a measure over pairs, SITU's run first.
-fn tested(of: &[(&RunRecord, &RunRecord)], measure: fn(&RunRecord) -> Option<f64>, seed: u64) -> Option<Tested> {
+fn tested(of: &[(&RunRecord, &RunRecord)], measure: fn(&RunRecord) -> Option<f64>) -> Option<Tested> {
     let differences = of.iter().filter_map(|(own, other)| Some((*own, measure(own)? - measure(other)?)));
     let differences: Vec<(&RunRecord, f64)> = differences.collect();
     let weighed: Vec<_> = differences.iter().map(|(run, value)| (*run, (*value, 1.0))).collect();
-    let test = sign_flip(&unit_means(&differences), seed)?;
-    Some(Tested { difference: pooled_ratio(&weighed, seed)?, test, corrected: test.p })
+    let test = sign_flip(&unit_means(&differences), draws())?;
+    Some(Tested { difference: pooled_ratio(&weighed)?, test, corrected: test.p })
 }
 
 /// The probability that the success of a run of SITU is greater than that of a run of the other method on the same
 /// variation, averaged over variations.
-fn improvement(of: &[(&RunRecord, &RunRecord)], seed: u64) -> Cell {
+fn improvement(of: &[(&RunRecord, &RunRecord)]) -> Cell {
     let scored = of.iter().filter_map(|(own, other)| Some((*own, (*own, share(own.after)?, share(other.after)?))));
     let scored: Vec<_> = scored.collect();
     let probability = |scores: &mut dyn Iterator<Item = &(&RunRecord, f64, f64)>| {
@@ -94,7 +90,7 @@ fn improvement(of: &[(&RunRecord, &RunRecord)], seed: u64) -> Cell {
         let tasks: Vec<(&[f64], &[f64])> = tasks.values().map(|(own, other)| (&**own, &**other)).collect();
         probability_of_improvement(&tasks)
     };
-    cell(pooled_by(&scored, seed, probability), Bound::Exact)
+    cell(pooled_by(&scored, probability), Bound::Exact)
 }
 
 fn columns<'a>() -> Columns<'a, Row<'a>> {
@@ -108,7 +104,7 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
         .column("least_p", Shape::Number(4), |row| {
             some(row.tested.iter().flatten().next(), |tested| Cell::Number(tested.test.least))
         });
-    MEASURES.into_iter().enumerate().fold(columns, |columns, (index, (_, [difference, p, corrected], _))| {
+    MEASURES.into_iter().enumerate().fold(columns, |columns, (index, ([difference, p, corrected], _))| {
         let of = move |row: &Row, cell: fn(&Tested) -> Cell| some(row.tested[index].as_ref(), cell);
         columns
             .column(difference, Shape::Pooled(2), move |row| {
@@ -127,17 +123,16 @@ fn table(records: &Canonical) -> Table {
     };
     let own: BTreeMap<_, &RunRecord> =
         runs().filter(|run| run.key.method == SITU).map(|run| (place(run), run)).collect();
-    let others = runs().filter(|run| run.key.method != SITU);
+    let others = runs().filter(|run| run.key.method != SITU && role(&run.key.method) != Role::Control);
     let pairs = others.filter_map(|other| {
         let key: Key = (&other.key.protocol, &other.key.teacher, MethodName::of(&other.key.method));
         Some((key, (*own.get(&place(other))?, other)))
     });
-    let label = |(protocol, teacher, method): &Key<'_>| format!("paired/{protocol}/{teacher}/{method}");
     let mut table: Vec<Row> = Vec::new();
-    for row in rows(pairs, label) {
-        let tested = MEASURES.iter().map(|(name, _, measure)| tested(&row.of, *measure, row.seed(name))).collect();
+    for row in rows(pairs) {
+        let tested = MEASURES.iter().map(|(_, measure)| tested(&row.of, *measure)).collect();
         let units = units(row.of.iter().map(|pair| pair.0));
-        let improvement = improvement(&row.of, row.seed("improvement"));
+        let improvement = improvement(&row.of);
         table.push(Row { key: row.key, runs: row.of.len(), units, improvement, tested });
     }
     let mut tests: Vec<&mut Tested> = table.iter_mut().flat_map(|row| row.tested.iter_mut().flatten()).collect();

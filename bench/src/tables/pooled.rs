@@ -7,6 +7,8 @@
 
 use std::collections::BTreeMap;
 
+use situ::random::stream;
+
 use crate::record::RunRecord;
 use crate::stats;
 
@@ -22,6 +24,11 @@ pub(super) struct Pooled {
 
 /// Things of runs, each with its run.
 pub(super) type OfRuns<'a, T> = [(&'a RunRecord, T)];
+
+/// The seed of all draws. The same things have the same interval, in whatever table they stand.
+pub(super) fn draws() -> u64 {
+    stream(0, "tables")
+}
 
 /// The runs that are drawn together, by their places in a list.
 fn clusters<K: Ord, T>(of: &OfRuns<'_, T>, key: impl Fn(&RunRecord) -> K) -> BTreeMap<K, Vec<usize>> {
@@ -46,7 +53,6 @@ pub(super) fn variation(run: &RunRecord) -> (&str, &str) {
 /// out.
 pub(super) fn pooled_by<T>(
     of: &OfRuns<'_, T>,
-    seed: u64,
     statistic: impl Fn(&mut dyn Iterator<Item = &T>) -> Option<f64>,
 ) -> Option<Pooled> {
     let value = statistic(&mut of.iter().map(|(_, thing)| thing))?;
@@ -58,7 +64,7 @@ pub(super) fn pooled_by<T>(
             let places = drawn.iter().flat_map(|cluster| &clusters[*cluster]);
             statistic(&mut places.map(|place| &of[*place].1))
         };
-        stats::bootstrap_within(strata, seed, of).map(|estimate| (estimate.low, estimate.high))
+        stats::bootstrap_within(strata, draws(), of).map(|estimate| (estimate.low, estimate.high))
     };
     let units = clusters(of, |run| (run.key.task.clone(), run.key.seed));
     let mut families: BTreeMap<&str, usize> = BTreeMap::new();
@@ -80,8 +86,8 @@ pub(super) fn pooled_by<T>(
 
 /// The sum of the first numbers over that of the second; each run has one of each. `None` where there is no run, or the
 /// second numbers sum to 0.
-pub(super) fn pooled_ratio(of: &OfRuns<'_, (f64, f64)>, seed: u64) -> Option<Pooled> {
-    pooled_by(of, seed, |pairs| {
+pub(super) fn pooled_ratio(of: &OfRuns<'_, (f64, f64)>) -> Option<Pooled> {
+    pooled_by(of, |pairs| {
         let (above, below) = pairs.fold((0.0, 0.0), |sum, pair| (sum.0 + pair.0, sum.1 + pair.1));
         (below > 0.0).then(|| above / below)
     })
@@ -111,11 +117,11 @@ mod tests {
         let runs: Vec<RunRecord> =
             (0..2).flat_map(|seed| (0..10).map(move |k| run("pour", &format!("v{k}"), seed))).collect();
         let of: Vec<_> = runs.iter().map(|run| (run, (run.key.seed as f64, 1.0))).collect();
-        let found = pooled_ratio(&of, 1).unwrap();
+        let found = pooled_ratio(&of).unwrap();
         assert_eq!((found.value, found.units), (0.5, Some((0.0, 1.0))), "two units that differ");
         assert_eq!(found.variations, Some((0.5, 0.5)), "variations that do not");
-        assert_eq!(pooled_ratio(&[], 1), None);
-        let alone = pooled_ratio(&of[..1], 1).unwrap();
+        assert_eq!(pooled_ratio(&[]), None);
+        let alone = pooled_ratio(&of[..1]).unwrap();
         assert_eq!((alone.value, alone.units, alone.variations), (0.0, None, None), "one unit has no spread");
     }
 
@@ -126,7 +132,7 @@ mod tests {
             ["pour", "stack"].iter().flat_map(|task| (0..3).map(move |seed| run(task, "v", seed))).collect();
         let of = |runs: &[RunRecord]| {
             let of: Vec<_> = runs.iter().map(|run| (run, (f64::from(run.key.task == "pour"), 1.0))).collect();
-            pooled_ratio(&of, 1).unwrap()
+            pooled_ratio(&of).unwrap()
         };
         assert_eq!(of(&runs).units, Some((0.5, 0.5)));
         let one_each = of(&[run("pour", "v", 0), run("stack", "v", 0)]);

@@ -50,10 +50,6 @@ fn keys(run: &RunRecord) -> impl Iterator<Item = Key<'_>> {
     Group::of(run).map(|group| (&*run.key.protocol, &*run.key.teacher, MethodName::of(&run.key.method), group))
 }
 
-fn label(table: &'static str) -> impl Fn(&Key<'_>) -> String {
-    move |(protocol, teacher, method, group)| format!("{table}/{protocol}/{teacher}/{method}/{}", group.name())
-}
-
 /// A column for each part of the key, and for how much there is.
 fn key_columns<'a>() -> Columns<'a, Row<'a>> {
     Columns::<Row<'a>>::new()
@@ -91,19 +87,19 @@ fn words(cell: Cell, digits: usize) -> String {
     table::markdown(Shape::Pooled(digits), &cell)
 }
 
-fn ratio(row: &Row, (name, measure, _): Measure) -> Cell {
-    effort_ratio(&row.of, measure, row.seed(name))
+fn ratio(row: &Row, (_, measure, _): Measure) -> Cell {
+    effort_ratio(&row.of, measure)
 }
 
 /// The difference of the success rates, corrected less from scratch.
 fn gain(row: &Row) -> Cell {
-    difference(row.of.iter().map(|(own, other)| (*own, share(own.after), share(other.after))), row.seed("success"))
+    difference(row.of.iter().map(|(own, other)| (*own, share(own.after), share(other.after))))
 }
 
 /// The difference of a success rate, separate less joint.
-fn separate_gain(row: &Row, own: fn(&RunRecord) -> Option<Rate>, joint: fn(&Pooled) -> Rate, name: &str) -> Cell {
+fn separate_gain(row: &Row, own: fn(&RunRecord) -> Option<Rate>, joint: fn(&Pooled) -> Rate) -> Cell {
     let joint = |run: &RunRecord| share(run.pooled.as_ref().map(joint));
-    difference(row.of.iter().map(|(run, _)| (*run, share(own(run)), joint(run))), row.seed(name))
+    difference(row.of.iter().map(|(run, _)| (*run, share(own(run)), joint(run))))
 }
 
 fn scratch(records: &Canonical) -> Table {
@@ -116,7 +112,7 @@ fn scratch(records: &Canonical) -> Table {
     let anew: BTreeMap<_, &RunRecord> = anew.map(|run| (place(run), run)).collect();
     let corrected = runs().filter(|run| role(&run.key.method) == Role::Correct);
     let pairs = corrected.filter_map(|run| Some((run, *anew.get(&place(run))?)));
-    let rows: Vec<Row> = rows(pairs.flat_map(|pair| keys(pair.0).map(move |key| (key, pair))), label("q1"));
+    let rows: Vec<Row> = rows(pairs.flat_map(|pair| keys(pair.0).map(move |key| (key, pair))));
     let columns = EFFORT.into_iter().fold(key_columns(), |columns, measure| {
         columns.column(measure.0, Shape::Pooled(2), move |row: &Row| ratio(row, measure))
     });
@@ -138,9 +134,9 @@ fn scratch(records: &Canonical) -> Table {
 fn joint(records: &Canonical) -> Table {
     let runs = records.iter().filter_map(Record::single_run);
     let runs = runs.filter(|run| run.outcome.counts() && run.pooled.is_some());
-    let rows: Vec<Row> = rows(runs.flat_map(|run| keys(run).map(move |key| (key, (run, run)))), label("q2"));
-    let success = |row: &Row| separate_gain(row, |run| run.after, |joint| joint.pooled, "success");
-    let original = |row: &Row| separate_gain(row, |run| run.retained, |joint| joint.retained, "original");
+    let rows: Vec<Row> = rows(runs.flat_map(|run| keys(run).map(move |key| (key, (run, run)))));
+    let success = |row: &Row| separate_gain(row, |run| run.after, |joint| joint.pooled);
+    let original = |row: &Row| separate_gain(row, |run| run.retained, |joint| joint.retained);
     let columns =
         key_columns().column("success", Shape::Pooled(2), success).column("original", Shape::Pooled(2), original);
     let source = rows.iter().map(|row| (row.key.0, if row.key.3 == Group::All { row.of.len() } else { 0 }));

@@ -27,7 +27,8 @@ const TITLE: Title = Title {
         that the one before left. `before` and `after` are success on the variation, `original before` and `original \
         after` on the original task, from the same fresh starts, by which nothing was decided; `earlier` is success \
         on the variations of all earlier stages after this one. Means with 95 % bootstrap intervals over seeds, from \
-        two seeds on. Demonstrations: the budget, where the target was not reached; ≥ marks a mean with such runs.",
+        two seeds on. Demonstrations: the budget, where the target was not reached; ≥ marks a mean with such runs. \
+        Teaching from scratch has no row, and the control has one in sequences alone.",
 };
 
 const SEQUENCES: Title = Title {
@@ -42,9 +43,7 @@ const SEQUENCES: Title = Title {
 type Row<'a> = rows::Row<CellKey<'a>, &'a RunRecord>;
 
 fn columns<'a>() -> Columns<'a, Row<'a>> {
-    let of = |row: &Row<'a>, rate: fn(&RunRecord) -> Option<Rate>, name: &str| {
-        success(row.of.iter().copied(), rate, row.seed(name))
-    };
+    let of = |row: &Row<'a>, rate: fn(&RunRecord) -> Option<Rate>| success(row.of.iter().copied(), rate);
     Columns::<Row<'a>>::new()
         .text("protocol", |row| row.key.protocol)
         .text("task", |row| row.key.task)
@@ -55,19 +54,19 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
         .text("teacher", |row| row.key.teacher)
         .text("method", |row| row.key.method.name)
         .count("runs", |row| row.of.len())
-        .column("before", Shape::Pooled(2), move |row| of(row, |run| run.before, "before"))
-        .column("after", Shape::Pooled(2), move |row| of(row, |run| run.after, "after"))
-        .column("original_before", Shape::Pooled(2), move |row| of(row, |run| run.original_rate, "original before"))
-        .column("original_after", Shape::Pooled(2), move |row| of(row, |run| run.retained, "original after"))
+        .column("before", Shape::Pooled(2), move |row| of(row, |run| run.before))
+        .column("after", Shape::Pooled(2), move |row| of(row, |run| run.after))
+        .column("original_before", Shape::Pooled(2), move |row| of(row, |run| run.original_rate))
+        .column("original_after", Shape::Pooled(2), move |row| of(row, |run| run.retained))
         .column("earlier", Shape::Pooled(2), move |row| {
             let rate = |run: &RunRecord| (!run.earlier.is_empty()).then(|| run.earlier.values().copied().sum::<Rate>());
-            of(row, rate, "earlier")
+            of(row, rate)
         })
         .column("demonstrations", Shape::Pooled(1), |row| {
             if role(row.key.method.name) == Role::Control {
                 return Cell::Nothing;
             }
-            effort(row.of.iter().copied(), EFFORT[0].1, row.seed("demonstrations"))
+            effort(row.of.iter().copied(), EFFORT[0].1)
         })
 }
 
@@ -75,11 +74,7 @@ fn table(records: &Canonical) -> Table {
     let runs = records.iter().filter_map(|record| if let Record::Run(run) = record { Some(run) } else { None });
     let counted =
         runs.filter(|run| run.outcome.counts() && run.retained.is_some() && role(&run.key.method) != Role::FromScratch);
-    let label = |key: &CellKey<'_>| {
-        let CellKey { protocol, task, stage, variation, teacher, method, .. } = key;
-        format!("t5/{protocol}/{task}/{stage:?}/{variation}/{teacher}/{method}")
-    };
-    let rows: Vec<Row> = rows(counted.map(|run| (CellKey::from(run), run)), label);
+    let rows: Vec<Row> = rows(counted.map(|run| (CellKey::from(run), run)));
     Table::new(TITLE, columns(), &rows, rows.iter().map(|row| (row.key.protocol, row.of.len())))
 }
 
@@ -121,14 +116,11 @@ fn sequences(records: &Canonical) -> Table {
         let name = key.stage.as_ref().map(|stage| (&*key.task, &*stage.sequence));
         [None, name].map(|name| ((&*key.protocol, &*key.teacher, MethodName::of(&key.method), name), (run, score)))
     });
-    let label = |(protocol, teacher, method, name): &SequenceKey<'_>| {
-        format!("t5/sequences/{protocol}/{teacher}/{method}/{name:?}")
-    };
     type Row<'a> = rows::Row<SequenceKey<'a>, Scored<'a>>;
-    let rows: Vec<Row> = rows(places, label);
-    let mean = |row: &Row, of: fn(&SequenceScore) -> Option<f64>, name: &str| {
+    let rows: Vec<Row> = rows(places);
+    let mean = |row: &Row, of: fn(&SequenceScore) -> Option<f64>| {
         let of: Vec<_> = row.of.iter().filter_map(|(run, score)| Some((*run, (of(score)?, 1.0)))).collect();
-        cell(pooled_ratio(&of, row.seed(name)), Bound::Exact)
+        cell(pooled_ratio(&of), Bound::Exact)
     };
     let columns = Columns::<Row>::new()
         .text("protocol", |row| row.key.0)
@@ -137,9 +129,9 @@ fn sequences(records: &Canonical) -> Table {
         .text("task", |row| row.key.3.map_or("all", |(task, _)| task))
         .text("sequence", |row| row.key.3.map_or("all", |(_, sequence)| sequence))
         .count("runs", |row| row.of.len())
-        .column("FWT", Shape::Pooled(2), move |row| mean(row, |score| Some(score.forward), "FWT"))
-        .column("NBT", Shape::Pooled(2), move |row| mean(row, |score| score.negative_backward, "NBT"))
-        .column("AUC", Shape::Pooled(2), move |row| mean(row, |score| Some(score.area), "AUC"));
+        .column("FWT", Shape::Pooled(2), move |row| mean(row, |score| Some(score.forward)))
+        .column("NBT", Shape::Pooled(2), move |row| mean(row, |score| score.negative_backward))
+        .column("AUC", Shape::Pooled(2), move |row| mean(row, |score| Some(score.area)));
     let source = rows.iter().map(|row| (row.key.0, if row.key.3.is_none() { row.of.len() } else { 0 }));
     Table::new(SEQUENCES, columns, &rows, source)
 }

@@ -5,7 +5,6 @@ use std::fmt;
 
 use situ::edit::Edit;
 use situ::method::{self, Role};
-use situ::random::stream;
 
 use super::column::{Cell, Columns};
 use super::measure::effort_ratio;
@@ -40,26 +39,17 @@ pub(super) fn role(name: &str) -> Role {
 /// A row before it is written.
 pub(super) struct Row<K, T> {
     pub(super) key: K,
-    /// The name of the row in the seeds of its bootstraps.
-    label: String,
     /// The members of the row, in the order of the records; never empty.
     pub(super) of: Vec<T>,
 }
 
-impl<K, T> Row<K, T> {
-    /// The seed of the bootstrap of a quantity.
-    pub(super) fn seed(&self, quantity: &str) -> u64 {
-        stream(0, &format!("bootstrap/{}/{quantity}", self.label))
-    }
-}
-
 /// The rows, in the order of their keys.
-pub(super) fn rows<K: Ord, T>(items: impl IntoIterator<Item = (K, T)>, label: impl Fn(&K) -> String) -> Vec<Row<K, T>> {
+pub(super) fn rows<K: Ord, T>(items: impl IntoIterator<Item = (K, T)>) -> Vec<Row<K, T>> {
     let mut rows: BTreeMap<K, Vec<T>> = BTreeMap::new();
     for (key, item) in items {
         rows.entry(key).or_default().push(item);
     }
-    rows.into_iter().map(|(key, of)| Row { label: label(&key), key, of }).collect()
+    rows.into_iter().map(|(key, of)| Row { key, of }).collect()
 }
 
 /// Protocol, method, and the edit that the variation needs.
@@ -124,7 +114,6 @@ pub(super) struct Compared<'a, K> {
 pub(super) fn compared<'a, K: Ord>(
     records: &'a Canonical,
     key: fn(&'a RunRecord) -> K,
-    label: impl Fn(&K) -> String,
     other: &str,
     has_partner: fn(&RunRecord) -> bool,
 ) -> Vec<Compared<'a, K>> {
@@ -139,7 +128,7 @@ pub(super) fn compared<'a, K: Ord>(
         let pairs = pairs.filter_map(|run| Some((*run, *partners.get(&place(run))?))).collect();
         Compared { row, counted, pairs }
     };
-    rows(runs().map(|run| (key(run), run)), label).into_iter().map(compared).collect()
+    rows(runs().map(|run| (key(run), run))).into_iter().map(compared).collect()
 }
 
 impl<'a, K> Compared<'a, K> {
@@ -148,8 +137,8 @@ impl<'a, K> Compared<'a, K> {
     }
 
     /// The ratio of a measure to that of the partners.
-    pub(super) fn ratio(&self, measure: fn(&RunRecord) -> f64, quantity: &str) -> Cell {
-        effort_ratio(&self.pairs, measure, self.row.seed(quantity))
+    pub(super) fn ratio(&self, measure: fn(&RunRecord) -> f64) -> Cell {
+        effort_ratio(&self.pairs, measure)
     }
 
     /// The runs that say something about the method.

@@ -21,7 +21,7 @@ const TITLE: Title = Title {
     id: "t2",
     text: "T2 separate or joint: successive corrections against all demonstrations at once",
     note: "A row is a method and the edit that the variation needs, over all tasks and then for each, of the runs that \
-        were corrected at least once. `separate` is the model that the corrections led to; `joint` is what full \
+        were corrected at least once, for the methods of which the protocol asks it. `separate` is the model that the corrections led to; `joint` is what full \
         retraining without order (`rebuild:no_modify`) makes of the same demonstrations, original and corrective. \
         Success is from starts by which nothing was decided. `difference` is separate less joint, paired by run. What \
         F1 counts is in T3; `likelihood` is of a demonstration of the changed task that neither was given, nats per \
@@ -33,14 +33,13 @@ type Key<'a> = (MethodKey<'a>, Option<&'a str>);
 
 type Row<'a> = rows::Row<Key<'a>, &'a RunRecord>;
 
-/// A measure of a structure: its name in the seeds of the bootstraps, the heads of its two columns, decimals, and the
-/// measure.
-type Measure = (&'static str, [&'static str; 2], usize, fn(&Structure) -> Option<f64>);
+/// A measure of a structure: the heads of its two columns, decimals, and the measure.
+type Measure = ([&'static str; 2], usize, fn(&Structure) -> Option<f64>);
 
 const MEASURES: [Measure; 3] = [
-    ("nodes", ["nodes_separate", "nodes_joint"], 1, |structure| Some(f64::from(structure.nodes))),
-    ("node_F1", ["node_F1_separate", "node_F1_joint"], 2, |structure| structure.pairs.f1()),
-    ("edge_F1", ["edge_F1_separate", "edge_F1_joint"], 2, |structure| structure.transitions.f1()),
+    (["nodes_separate", "nodes_joint"], 1, |structure| Some(f64::from(structure.nodes))),
+    (["node_F1_separate", "node_F1_joint"], 2, |structure| structure.pairs.f1()),
+    (["edge_F1_separate", "edge_F1_joint"], 2, |structure| structure.transitions.f1()),
 ];
 
 fn columns<'a>() -> Columns<'a, Row<'a>> {
@@ -48,38 +47,30 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
         .text("task", |row| row.key.1.unwrap_or("all"))
         .count("runs", |row| row.of.len())
         .count("units", |row| units(row.of.iter().copied()))
-        .column("separate", Shape::Pooled(2), |row| success(runs(row), |run| run.after, row.seed("separate")))
-        .column("joint", Shape::Pooled(2), |row| {
-            success(runs(row), |run| joint(run, |of| of.pooled), row.seed("joint"))
-        })
+        .column("separate", Shape::Pooled(2), |row| success(runs(row), |run| run.after))
+        .column("joint", Shape::Pooled(2), |row| success(runs(row), |run| joint(run, |of| of.pooled)))
         .column("difference", Shape::Pooled(2), move |row| {
             let of = runs(row).map(|run| (run, share(run.after), share(joint(run, |of| of.pooled))));
-            difference(of, row.seed("difference"))
+            difference(of)
         })
-        .column("original_separate", Shape::Pooled(2), |row| {
-            success(runs(row), |run| run.retained, row.seed("original separate"))
-        })
-        .column("original_joint", Shape::Pooled(2), |row| {
-            success(runs(row), |run| joint(run, |of| of.retained), row.seed("original joint"))
-        });
-    let columns = MEASURES.into_iter().fold(columns, |columns, (name, [separate, joint], digits, measure)| {
+        .column("original_separate", Shape::Pooled(2), |row| success(runs(row), |run| run.retained))
+        .column("original_joint", Shape::Pooled(2), |row| success(runs(row), |run| joint(run, |of| of.retained)));
+    let columns = MEASURES.into_iter().fold(columns, |columns, ([separate, joint], digits, measure)| {
         columns
-            .column(separate, Shape::Pooled(digits), move |row| {
-                mean(runs(row), |run| measure(run.structure.as_ref()?), row.seed(&format!("{name} separate")))
-            })
+            .column(separate, Shape::Pooled(digits), move |row| mean(runs(row), |run| measure(run.structure.as_ref()?)))
             .column(joint, Shape::Pooled(digits), move |row| {
                 let of = |run: &RunRecord| measure(run.pooled.as_ref()?.structure.as_ref()?);
-                mean(runs(row), of, row.seed(&format!("{name} joint")))
+                mean(runs(row), of)
             })
     });
     columns
         .column("likelihood_separate", Shape::Pooled(1), |row| {
             let of = of_runs(runs(row), |run| run.held_out?.per_keyframe());
-            median(&of, row.seed("likelihood separate"))
+            median(&of)
         })
         .column("likelihood_joint", Shape::Pooled(1), |row| {
             let of = of_runs(runs(row), |run| run.pooled.as_ref()?.held_out?.per_keyframe());
-            median(&of, row.seed("likelihood joint"))
+            median(&of)
         })
 }
 
@@ -95,9 +86,8 @@ fn joint(run: &RunRecord, rate: fn(&Pooled) -> Rate) -> Option<Rate> {
 fn table(records: &Canonical) -> Table {
     let runs = records.iter().filter_map(Record::single_run).filter(|run| run.outcome.counts());
     let compared = runs.filter(|run| run.pooled.is_some());
-    let label = |((protocol, method, edit), task): &Key<'_>| format!("t2/{protocol}/{method}/{edit}/{task:?}");
     let places = compared.flat_map(|run| [None, Some(&*run.key.task)].map(|task| ((method_key(run), task), run)));
-    let rows: Vec<Row> = rows(places, label);
+    let rows: Vec<Row> = rows(places);
     // A run is in two rows, and counts once.
     let source = rows.iter().map(|row| (row.key.0.0, if row.key.1.is_none() { row.of.len() } else { 0 }));
     Table::new(TITLE, columns(), &rows, source)

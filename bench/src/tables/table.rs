@@ -152,8 +152,12 @@ impl Table {
         let rows = self.rows.iter().map(|row| {
             self.heads.iter().zip(row).flat_map(|(head, cell)| fields(head.shape, cell)).collect::<Vec<_>>()
         });
-        for row in std::iter::once(heads.collect()).chain(rows) {
-            writer.write_record(&row).expect("rows of one length, in memory");
+        let (heads, rows): (Vec<String>, Vec<Vec<String>>) = (heads.collect(), rows.collect());
+        // A part of a column that says nothing in any row is left out, such as the bound where all data are exact.
+        let kept: Vec<usize> =
+            (0..heads.len()).filter(|index| rows.iter().any(|row| !row[*index].is_empty())).collect();
+        for row in std::iter::once(&heads).chain(&rows) {
+            writer.write_record(kept.iter().map(|index| &row[*index])).expect("rows of one length, in memory");
         }
         String::from_utf8(writer.into_inner().expect("in memory")).expect("made of strings")
     }

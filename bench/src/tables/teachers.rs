@@ -8,7 +8,7 @@ use super::pooled::pooled_ratio;
 use super::rows::{self, TeacherKey, role, rows, teacher_key};
 use super::table::{Publication, Table, Title};
 use crate::ledger::Canonical;
-use crate::record::{Outcome, Record, RunRecord};
+use crate::record::{Outcome, Record, RunRecord, TotalEffort};
 
 /// The publication.
 pub(super) const T6: Publication = Publication {
@@ -24,7 +24,8 @@ const TITLE: Title = Title {
         never learned) are counted apart; runs in which the teacher gave up count their budget of demonstrations. \
         `changed` and `original` are success after the last demonstration, from fresh starts. A try is a demonstration \
         that the teacher performed, given or not; `failed` is the share of tries that were not given, of the original \
-        task and the changed one. `primitives a skill` are the nodes of the last model over the skills that they hold, \
+        task (but for teaching from scratch) and the changed one, untaught and spoilt runs among them. Tries and lengths \
+        of a run that did not reach the target are what was spent; a control is taught nothing and has no effort. `primitives a skill` are the nodes of the last model over the skills that they hold, \
         as the teacher calls them. Two 95 % bootstrap intervals each: by units (family × seed) and by variations.",
 };
 
@@ -41,45 +42,47 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
         .text("protocol", |row| row.key.0)
         .text("method", |row| row.key.2.name)
         .text("teacher", |row| row.key.1)
-        .count("runs", |row| row.of.len())
-        .count("units", |row| units(row.of.iter().copied()))
-        .count("variations", |row| variations(row.of.iter().copied()))
+        .count("runs", |row| counted(row).count())
+        .count("units", |row| units(counted(row)))
+        .count("variations", |row| variations(counted(row)))
         .count("untaught", move |row| outcomes(row, |outcome| matches!(outcome, Outcome::Untaught { .. })))
         .count("spoilt", move |row| outcomes(row, |outcome| matches!(outcome, Outcome::Spoilt { .. })))
         .count("gave_up", move |row| outcomes(row, |outcome| matches!(outcome, Outcome::GaveUp { .. })))
-        .column("changed", Shape::Pooled(2), |row| success(counted(row), |run| run.after, row.seed("after")))
-        .column("original", Shape::Pooled(2), |row| success(counted(row), |run| run.retained, row.seed("original")));
+        .column("changed", Shape::Pooled(2), |row| success(counted(row), |run| run.after))
+        .column("original", Shape::Pooled(2), |row| success(counted(row), |run| run.retained));
     let columns = EFFORT.into_iter().fold(columns, |columns, (name, measure, digits)| {
         columns.column(name, Shape::Pooled(digits), move |row| {
             if role(row.key.2.name) == Role::Control {
                 return Cell::Nothing;
             }
-            effort(counted(row), measure, row.seed(name))
+            effort(counted(row), measure)
         })
     });
     columns
         .column("failed", Shape::Pooled(2), |row| {
             let failed = |run: &RunRecord| {
-                let tries = run.original.tries + run.effort.tries;
-                let given = run.original.demonstrations + run.effort.demonstrations;
+                // Teaching from scratch builds on no original.
+                let is_anew = role(&run.key.method) == Role::FromScratch;
+                let original = if is_anew { TotalEffort::default() } else { run.original };
+                let tries = original.tries + run.effort.tries;
+                let given = original.demonstrations + run.effort.demonstrations;
                 Some((f64::from(tries - given.min(tries)), f64::from(tries)))
             };
-            cell(pooled_ratio(&of_runs(row.of.iter().copied(), failed), row.seed("failed")), Bound::Exact)
+            cell(pooled_ratio(&of_runs(row.of.iter().copied(), failed)), Bound::Exact)
         })
         .column("primitives_a_skill", Shape::Pooled(2), |row| {
             let ratio = |run: &RunRecord| {
                 let structure = run.structure?;
                 (structure.skills > 0).then(|| f64::from(structure.nodes) / f64::from(structure.skills))
             };
-            mean(counted(row), ratio, row.seed("primitives"))
+            mean(counted(row), ratio)
         })
 }
 
 fn table(records: &Canonical) -> Table {
     let runs = records.iter().filter_map(Record::single_run);
     let wanted = runs.filter(|run| run.key.edit != situ::edit::Edit::None && run.outcome != Outcome::NotApplicable);
-    let label = |(protocol, teacher, method): &TeacherKey<'_>| format!("t6/{protocol}/{teacher}/{method}");
-    let mut rows: Vec<Row> = rows(wanted.map(|run| (teacher_key(run), run)), label);
+    let mut rows: Vec<Row> = rows(wanted.map(|run| (teacher_key(run), run)));
     rows.sort_by_key(|row| (row.key.0, row.key.2, row.key.1));
     Table::new(TITLE, columns(), &rows, rows.iter().map(|row| (row.key.0, row.of.len())))
 }
