@@ -4,8 +4,9 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal, InvalidOperation
+from typing import Any
 
-from cells import ENDINGS, Between, Cell, Exact, Field, Percentile, Table, Word
+from cells import ENDINGS, Between, Cell, Column, Exact, Field, Percentile, Table, Word
 from published import Csv, Markdown
 from resampling import HALF, near
 
@@ -46,6 +47,25 @@ class _Comparison:
     def __init__(self, table: Table) -> None:
         self.table, self.findings = table, Findings()
         self.heads = [name for column in table.columns for name in column.fields()]
+        self.fields = [[one for column, cell in zip(table.columns, cells) for one in _fields(column, cell)]
+                       for cells in table.rows]
+        # A part of a column that says nothing in any row is not written.
+        self.kept = [any(row[index] != Word("") for row in self.fields) for index in range(len(self.heads))]
+
+    def whole(self, csv: Csv) -> Csv | None:
+        """CSV with the parts that are not written, which are empty; `None` where the heads are not as they ought to be."""
+        written = [name for name, is_kept in zip(self.heads, self.kept) if is_kept]
+        if csv.heads != written:
+            unknown = [name for name in csv.heads if name not in written]
+            missing = [name for name in written if name not in csv.heads]
+            order = "" if unknown or missing else "the same in another order"
+            self.differs("heads", "all", f"{missing or written}", f"{unknown or order or 'none of these'}")
+            return None
+        rows = []
+        for row in csv.rows:
+            rest = iter(row)
+            rows.append([next(rest) if is_kept else "" for is_kept in self.kept])
+        return Csv(self.heads, rows)
 
     def differs(self, row: str, column: str, expected: str, found: str) -> None:
         self.findings.disagreements.append(Disagreement(self.table.name, row, column, expected, found))
@@ -85,13 +105,7 @@ class _Comparison:
     def csv(self, csv: Csv) -> None:
         """The whole of CSV."""
         table = self.table
-        if csv.heads != self.heads:
-            unknown = [name for name in csv.heads if name not in self.heads]
-            missing = [name for name in self.heads if name not in csv.heads]
-            order = "" if unknown or missing else "the same in another order"
-            self.differs("heads", "all", f"{missing or self.heads}", f"{unknown or order or 'none of these'}")
-            return
-        expected = {self.key(cells): cells for cells in table.rows}
+        expected = {self.key(cells): fields for cells, fields in zip(table.rows, self.fields)}
         found = {tuple(row[: len(table.keys)]): row for row in csv.rows}
         if len(found) != len(csv.rows):
             self.differs("all", "keys", "no two rows of one name", "two")
@@ -101,10 +115,7 @@ class _Comparison:
             if key not in expected:
                 self.differs(", ".join(key), "all", "no such row", "one")
                 continue
-            fields: list[Field] = []
-            for column, cell in zip(table.columns, expected[key]):
-                fields += cell if cell is not None else [Word("")] * len(ENDINGS[column.shape])
-            for name, one, text in zip(self.heads, fields, row, strict=True):
+            for name, one, text in zip(self.heads, expected[key], row, strict=True):
                 self.field((", ".join(key), name), one, text)
 
     def key(self, cells: Sequence[Cell]) -> tuple[str, ...]:
@@ -119,8 +130,6 @@ class _Comparison:
         protocols = sorted({row[0] for row in csv.rows})
         if csv.heads[0] == "protocol" and markdown.protocols != protocols:
             self.differs("origin", "Protocol", str(protocols), str(markdown.protocols))
-        if csv.heads != self.heads:
-            return
         heads = [column.head() for column in table.columns]
         if markdown.heads != heads or len(markdown.rows) != len(csv.rows):
             self.differs("Markdown", "heads and rows", f"{len(csv.rows)} rows of {heads}",
@@ -164,6 +173,11 @@ class _Comparison:
             self.differs(f"sentence of {teacher}, {group}", "all", "a sentence", "none")
 
 
+def _fields(column: Column[Any], cell: Cell) -> Sequence[Field]:
+    """The fields of a cell in CSV."""
+    return cell if cell is not None else [Word("")] * len(ENDINGS[column.shape])
+
+
 def _decimals(cell: str) -> int:
     found = re.search(r"\.(\d+)", cell)
     return len(found[1]) if found else 0
@@ -205,9 +219,12 @@ def _rounds_to(text: str, value: str, decimals: int) -> bool:
 def compare(table: Table, csv: Csv, markdown: Markdown | None) -> Findings:
     """What a table in CSV and in Markdown is against what it ought to be."""
     comparison = _Comparison(table)
-    comparison.csv(csv)
+    whole = comparison.whole(csv)
+    if whole is None:
+        return comparison.findings
+    comparison.csv(whole)
     if markdown is None:
         comparison.differs("all", "all", "a table in Markdown", "none")
     else:
-        comparison.markdown(csv, markdown)
+        comparison.markdown(whole, markdown)
     return comparison.findings

@@ -64,11 +64,9 @@ def _median(values: Sequence[float]) -> Cell:
 
 def _to_situ(row: Row, of: Measure) -> Cell:
     """The ratio of a cost to that of `situ` on the same automata."""
-    situ: dict[int, Cost] = {}
-    for cost in row.situ:
-        if cost.correction == 0:
-            situ[cost.seed] = cost
-    return _drawn([(of(cost), of(situ[cost.seed])) for cost in row.costs if cost.seed in situ], RATIO)
+    situ = {(cost.seed, cost.correction): cost for cost in row.situ}
+    places = ((cost, (cost.seed, cost.correction)) for cost in row.costs)
+    return _drawn([(of(cost), of(situ[place])) for cost, place in places if place in situ], RATIO)
 
 
 def _counter(name: str) -> Measure:

@@ -41,8 +41,11 @@ def t1(ledger: Ledger) -> Table:
         of = sum(run.is_reached() for run in row.counted())
         return Rate(of, of, len(row.counted()))
 
+    def originals(run: Run) -> float | None:
+        return None if run.method == FROM_SCRATCH else run.originals.demonstrations
+
     columns = [
-        count("seeds", lambda row: len(row.runs)),
+        count("seeds", lambda row: len(row.counted())),
         *endings("not_applicable", "untaught", "spoilt", "gave_up"),
         pooled("before", lambda row: success(row.counted(), lambda run: run.before)),
         pooled("after", lambda row: success(row.counted(), lambda run: run.after)),
@@ -51,7 +54,7 @@ def t1(ledger: Ledger) -> Table:
         *efforts(*EFFORT),
         pooled("demonstrations_ratio", lambda row: effort_ratio(row.pairs, "demonstrations")),
         pooled("keyframes_ratio", lambda row: effort_ratio(row.pairs, "keyframes")),
-        pooled("originals", lambda row: mean(row.counted(), lambda run: run.originals.demonstrations)),
+        pooled("originals", lambda row: mean(row.counted(), originals)),
         text("made_first", lambda row: made(run.corrections[0].edits for run in row.counted() if run.corrections)),
         text("made_in_all", lambda row: made(one.edits for run in row.counted() for one in run.corrections)),
     ]
@@ -96,10 +99,10 @@ def t6(ledger: Ledger) -> Table:
     of_rows = rows(runs, lambda run: (run.protocol, run.method, run.teacher))
 
     def failed(row: Row) -> Cell:
-        given = ((run, run.originals, run.effort) for run in row.runs)
+        spent = [(run, [run.effort] if run.method == FROM_SCRATCH else [run.originals, run.effort]) for run in row.runs]
         return ratio([
-            (run, (first.tries + last.tries - first.demonstrations - last.demonstrations, first.tries + last.tries))
-            for run, first, last in given
+            (run, (sum(one.tries - one.demonstrations for one in of), sum(one.tries for one in of)))
+            for run, of in spent
         ])
 
     def primitives(run: Run) -> float | None:

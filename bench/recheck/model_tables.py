@@ -8,7 +8,7 @@ import summaries
 from cells import Cell, Column, Table, count, number, pooled, table, text
 from ledger import Calibration, Correction, Joint, Ledger, Rate, Run, Step, Structure
 from measures import (
-    BRIER, CALIBRATION_ERROR, EDITS, FROM_SCRATCH, MEDIAN, MILLISECONDS, difference, grouped, mean, median, of_runs,
+    BRIER, CALIBRATION_ERROR, CONTROL, EDITS, FROM_SCRATCH, MEDIAN, MILLISECONDS, difference, grouped, mean, median, of_runs,
     pooled as over_runs, rate, ratio, success,
 )
 from rows import METHOD_KEYS, RUNS, UNITS, VARIATIONS, Row, efforts, keys, method_key, rows
@@ -120,7 +120,7 @@ def _structure(name: str, measure: Measure) -> Column[Row]:
 
 def t3(ledger: Ledger) -> Table:
     """Edits needed and made."""
-    runs = [run for run in ledger.counted() if run.method != FROM_SCRATCH]
+    runs = [run for run in ledger.counted() if run.method not in (FROM_SCRATCH, CONTROL)]
     columns = [
         RUNS, UNITS, VARIATIONS, UNCORRECTED,
         *_made("first", _first),

@@ -72,14 +72,9 @@ def separate_or_joint(ledger: Ledger) -> Table:
     return table("separate_or_joint", "Separate, or joint", keys(*QUESTION_KEYS), columns, of_rows, records)
 
 
-def _charged(run: Run) -> float | None:
-    """The demonstrations that a run took; nothing of a control, which is taught nothing."""
-    return None if run.method == CONTROL else run.charged()
-
-
 MEASURES: dict[str, Callable[[Run], float | None]] = {
     "success": lambda run: rate(run.after),
-    "demonstrations": _charged,
+    "demonstrations": lambda run: run.charged(),
     "original": lambda run: rate(run.original_after),
 }
 
@@ -145,7 +140,7 @@ class _Tests:
 def paired(ledger: Ledger) -> Table:
     """SITU beside every other method."""
     counted = [run for run in ledger.counted() if run.edit != "none"]
-    others = beside([run for run in counted if run.method != SITU], partners(counted, SITU))
+    others = beside([run for run in counted if run.method not in (SITU, CONTROL)], partners(counted, SITU))
     groups = grouped(((other.protocol, other.teacher, other.method), (situ, other)) for other, situ in others)
     of_rows = [Row(key, [situ for situ, _ in pairs], pairs) for key, pairs in groups.items()]
     tests = _Tests(of_rows)

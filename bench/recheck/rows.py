@@ -46,9 +46,9 @@ def method_key(run: Run) -> tuple[str, ...]:
     return run.protocol, run.method, run.edit
 
 
-RUNS: Column[Row] = count("runs", lambda row: len(row.runs))
-UNITS: Column[Row] = count("units", lambda row: units(row.runs))
-VARIATIONS: Column[Row] = count("variations", lambda row: variations(row.runs))
+RUNS: Column[Row] = count("runs", lambda row: len(row.counted()))
+UNITS: Column[Row] = count("units", lambda row: units(row.counted()))
+VARIATIONS: Column[Row] = count("variations", lambda row: variations(row.counted()))
 
 
 def _ending(name: str) -> Column[Row]:
