@@ -33,11 +33,11 @@ pub struct OriginalTask {
 }
 
 /// What came of the tries at one demonstration.
-struct Tried {
+pub(crate) struct Tried {
     /// The one that the robot is given; `None` where the teacher gives up.
     demonstration: Option<Demonstration>,
     /// The effort of all of them.
-    effort: TotalEffort,
+    pub(crate) effort: TotalEffort,
 }
 
 /// A model that was taught the changed task alone.
@@ -160,7 +160,7 @@ impl Conditions<'_> {
     }
 
     /// One whole demonstration of the setting. A try that fails is repeated from another start.
-    fn demonstrate(&self, setting: &Arc<Setting>, index: u32) -> Result<Tried, BenchError> {
+    pub(crate) fn demonstrate(&self, setting: &Arc<Setting>, index: u32) -> Result<Tried, BenchError> {
         let mut tried = Tried { demonstration: None, effort: TotalEffort::default() };
         for attempt in 0..ATTEMPTS {
             self.check_interrupt()?;

@@ -68,9 +68,9 @@ impl Teacher {
         onset(&self.profile, seed)
     }
 
-    /// Demonstrates from where the episode stands, until the goal is met. A correction may end once what changed has been
-    /// shown and the robot knows how to go on, if the draw says that this teacher stops there. `observer` sees every
-    /// simulated step.
+    /// Demonstrates from where the episode stands, until the goal is met. A correction may end once what changed has
+    /// been shown and the robot knows how to go on, if the draw says that this teacher stops there. `observer` sees
+    /// every simulated step.
     ///
     /// # Errors
     /// A reference object is missing, or an observation is not finite. An unclean attempt is no error.
