@@ -120,7 +120,7 @@ fn correct(
     let demonstration = automaton.parameters().originals as u32;
     assert!(after.holders().contains_key(&SegmentId { demonstration, index: 0 }), "{name}: the correction is held");
     assert!(!has_the_nodes || made == edit, "{name}: {made} where {edit} was planted");
-    let applicable: Vec<usize> = trace.steps.iter().map(|step| step.applicable).collect();
+    let applicable: Vec<usize> = trace.steps.iter().map(|step| step.applicable.len()).collect();
     let work = trace.counters.named().map(|(counter, value)| format!("{counter} {value}"));
     println!("{edit} by {name}: {made} made, |Z| {applicable:?}, {}", work.join(", "));
     group.bench_function(id, |bencher| bencher.iter_batched(|| learned.boxed(), correct, BatchSize::PerIteration));

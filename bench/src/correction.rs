@@ -20,6 +20,7 @@ use crate::evaluation::Evaluation;
 use crate::lesson::Lesson;
 use crate::memo::Cursor;
 use crate::record::{CorrectionRecord, Rate, RunRecord, StepSummary, TotalEffort, count};
+use crate::retrieval::retrieved;
 use crate::rollout::{Rollout, Watched};
 use crate::spending::{RunPhase, Steps};
 use crate::starts::Starts;
@@ -51,7 +52,7 @@ struct Shown<'a> {
 }
 
 /// How the corrections came to an end.
-pub struct Corrected {
+pub struct CorrectionsEnd {
     /// The evaluation that decided about it.
     pub(crate) last: Evaluation,
     /// Whether there was no failure from which the teacher could show the way.
@@ -96,27 +97,37 @@ impl<'a> Robot<'a> {
 
     /// Folds a correction in; returns its record. Skills that the teacher named are no longer among those that the
     /// oracle says to have changed.
-    fn correct(&mut self, shown: Shown<'_>, oracle: &mut Oracle) -> Result<CorrectionRecord, BenchError> {
+    fn correct(
+        &mut self,
+        shown: Shown<'_>,
+        setting: &Setting,
+        oracle: &mut Oracle,
+    ) -> Result<CorrectionRecord, BenchError> {
+        let shows_change = shows_change(setting, &shown.demonstration);
         let Shown { failure: Failure { trigger, last, interrupted, .. }, demonstration, effort } = shown;
         let before = self.model.graph();
         let correction = Correction { interrupted, oracle: Some(&*oracle), ..Correction::after(last, &demonstration) };
         let (trace, update_seconds) = cost::timed(|| self.model.correct(correction));
         let trace = trace?;
+        let after = self.model.graph();
+        let lengths = after.lengths.last().map_or(&[][..], Vec::as_slice);
+        let retrieved = retrieved(self.lesson.skills(&before), &trace, &demonstration, lengths);
         for name in demonstration.keyframes().iter().filter_map(|keyframe| keyframe.narration.as_ref()) {
             oracle.changed.remove(name);
         }
         self.lesson.corrected(&before, last, interrupted, demonstration);
-        let made = difference(&before, &self.model.graph());
+        let made = difference(&before, &after);
         Ok(CorrectionRecord {
             failure: trigger,
             last: stop::reference(&before, last),
             effort,
+            shows_change,
             edit_made: made.edit(),
             nodes_added: count(made.nodes_added.len()),
             edges_added: count(made.edges_added.len()),
             nodes_modified: count(made.nodes_modified.len()),
             nodes_merged: count(made.nodes_merged),
-            steps: trace.steps.iter().map(StepSummary::from).collect(),
+            steps: trace.steps.iter().zip(retrieved).map(|(step, found)| StepSummary::of(step, found)).collect(),
             counters: trace.counters,
             decided_by: Rate::default(),
             update_seconds,
@@ -136,7 +147,7 @@ impl<'a> Conditions<'a> {
         setting: &Arc<Setting>,
         before: &Evaluation,
         run: &mut RunRecord,
-    ) -> Result<Corrected, BenchError> {
+    ) -> Result<CorrectionsEnd, BenchError> {
         let mut last = before.clone();
         let mut oracle = Oracle { changed: changed(setting) };
         for round in 0..self.protocol.budget.demonstrations {
@@ -147,16 +158,17 @@ impl<'a> Conditions<'a> {
             let conditions = self.during(RunPhase::Correct);
             let Some(shown) = conditions.shown(robot.model(), (setting, round), &mut last, &mut failed)? else {
                 run.effort += failed;
-                return Ok(Corrected { last, gave_up: true });
+                return Ok(CorrectionsEnd { last, gave_up: true });
             };
             self.archive_correction(robot, setting, &shown, round)?;
             run.effort += shown.effort;
-            let correction =
-                self.during(RunPhase::Correct).spend(|| robot.correct(shown, &mut oracle), |_| Steps::default())?;
+            let correction = self
+                .during(RunPhase::Correct)
+                .spend(|| robot.correct(shown, setting, &mut oracle), |_| Steps::default())?;
             last = self.decide(robot.model(), setting, round + 1)?;
             run.corrections.push(CorrectionRecord { decided_by: last.rate, ..correction });
         }
-        Ok(Corrected { last, gave_up: false })
+        Ok(CorrectionsEnd { last, gave_up: false })
     }
 
     /// Writes a correction into the archive, where there is one.
@@ -176,8 +188,8 @@ impl<'a> Conditions<'a> {
     }
 
     /// The first failure of the last evaluation from which the teacher manages to show the way, and the demonstration.
-    /// Where the evaluation stopped early and none of its failures will do, it goes on until one does. Tries that failed
-    /// are added to `failed`, and are part of the effort of the demonstration.
+    /// Where the evaluation stopped early and none of its failures will do, it goes on until one does. Tries that
+    /// failed are added to `failed`, and are part of the effort of the demonstration.
     fn shown(
         &self,
         model: &dyn Learned,
@@ -238,7 +250,7 @@ impl<'a> Conditions<'a> {
             return Ok(None);
         };
         // Too early is one primitive before the one that went wrong: the robot begins anew and is stopped there.
-        if let (Onset::Early, Some(last)) = (onset, rollout.primitives.len().checked_sub(1))
+        if let (Onset::Early, Some(last)) = (onset, rollout.primitives.checked_sub(1))
             && let Some(early) = watch(Watched::UntilPrimitive(last))?
         {
             (rollout, cursor) = early;
@@ -250,6 +262,15 @@ impl<'a> Conditions<'a> {
         let Rollout { last, interrupted, .. } = rollout;
         Ok(Some(Failure { cursor, trigger, last, interrupted }))
     }
+}
+
+/// Whether a demonstration shows what changed: a skill that the original task has not, or does in another way. Where
+/// all skills are those of the original task, what changed is when each is due, and any of them shows it.
+fn shows_change(setting: &Setting, demonstration: &Demonstration) -> bool {
+    let new: BTreeSet<&str> =
+        setting.skills.iter().filter(|skill| !setting.is_original(skill)).map(|skill| &*skill.name).collect();
+    let mut named = demonstration.keyframes().iter().filter_map(|keyframe| keyframe.narration.as_deref());
+    new.is_empty() || named.any(|name| new.contains(name))
 }
 
 /// The skills that a setting does in another way than the original task.

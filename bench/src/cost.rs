@@ -108,7 +108,7 @@ impl Subject {
             edit,
             seed,
             correction,
-            applicable: trace.steps.iter().map(|step| count(step.applicable)).collect(),
+            applicable: trace.steps.iter().map(|step| count(step.applicable.len())).collect(),
             model_size: trace.steps.iter().map(|step| count(step.model_size)).collect(),
             counters: trace.counters,
             edit_made: difference(&before, &learned.graph()).edit(),

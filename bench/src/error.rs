@@ -60,6 +60,19 @@ pub enum BenchError {
         /// The run.
         run: String,
     },
+    /// Ledgers that differ in what made them.
+    #[error(
+        "{second} and {first} are of different provenance, {differing}: leave one out, or permit it with --mixed, and \
+         every table says so"
+    )]
+    Provenance {
+        /// The former ledger.
+        first: String,
+        /// The latter, or this program.
+        second: String,
+        /// What differs.
+        differing: String,
+    },
     /// A mistake in a demonstration file.
     #[error("{}:{line}: key `{key}`: {problem}", path.display())]
     Demonstration {

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use situ::method::Learned;
 use situ_tasks::{Episode, Setting, TaskError};
 
+use crate::calibration::Choice;
 use crate::conditions::Conditions;
 use crate::ended::Ended;
 use crate::error::BenchError;
@@ -31,6 +32,8 @@ pub struct Evaluation {
     pub(crate) ended: BTreeMap<String, u32>,
     /// The rollouts that failed.
     pub(crate) failures: Vec<u32>,
+    /// What the executor had to choose in them.
+    pub(crate) choices: Vec<Choice>,
     /// Whether the physics of one of them was no longer sound.
     pub(crate) spoilt: bool,
 }
@@ -39,7 +42,7 @@ impl Evaluation {
     /// An evaluation of so many rollouts without a success.
     pub(crate) fn none(rollouts: u32) -> Self {
         let rate = Rate { rollouts, ..Rate::default() };
-        Self { rate, ended: BTreeMap::new(), failures: Vec::new(), spoilt: false }
+        Self { rate, ended: BTreeMap::new(), failures: Vec::new(), choices: Vec::new(), spoilt: false }
     }
 
     /// Counts a rollout. `None` is a rollout whose start the physics refused.
@@ -52,6 +55,7 @@ impl Evaluation {
         let how = if rollout.success { "success".to_owned() } else { format!("failure: {}", rollout.ended) };
         *self.ended.entry(how).or_default() += 1;
         self.rate.once += u32::from(rollout.once);
+        self.choices.extend(rollout.choices);
         if rollout.success {
             self.rate.successes += 1;
         } else {
@@ -116,8 +120,8 @@ impl<'a> Conditions<'a> {
         f64::from(self.protocol.rollouts - failures) >= self.protocol.target * f64::from(self.protocol.rollouts)
     }
 
-    /// A rollout from one of these starts, and the episode as it was left. `None` where the physics refuses the start: that is
-    /// spoilt, and nobody's failure.
+    /// A rollout from one of these starts, and the episode as it was left. `None` where the physics refuses the start:
+    /// that is spoilt, and nobody's failure.
     pub(crate) fn roll_out(
         &self,
         model: &dyn Learned,

@@ -51,7 +51,9 @@ fn parse(line: &str) -> Result<Record, String> {
     let Value::Object(mut fields) = value else { return Err("expected an object".to_owned()) };
     match fields.remove("schema") {
         Some(Value::Number(schema)) if schema.as_u64() == Some(SCHEMA) => {}
-        Some(other) => return Err(format!("key `schema`: this program reads version {SCHEMA}, found {other}")),
+        Some(other) => {
+            return Err(format!("key `schema`: this program reads version {SCHEMA}, found {other}: make it anew"));
+        }
         None => return Err(format!("key `schema` is missing, expected {SCHEMA}")),
     }
     let kind = fields.remove("kind");
@@ -227,7 +229,7 @@ mod tests {
         assert_eq!(contents, Contents { records: sample::records(), warnings: Vec::new() });
         assert_eq!(contents.done().len(), sample::records().len());
         assert_eq!(fs::read_to_string(&path).unwrap(), text(&sample::records()));
-        assert!(text(&sample::records()).starts_with(r#"{"schema":1,"kind":"run","key":{"protocol":"quick","#));
+        assert!(text(&sample::records()).starts_with(r#"{"schema":2,"kind":"run","key":{"protocol":"quick","#));
     }
 
     #[test]
@@ -272,18 +274,18 @@ mod tests {
     fn any_other_bad_line_is_an_error_with_file_and_line() {
         let good = text(&sample::records()[..1]);
         let cases = [
-            (good.replace("\"schema\":1", "\"schema\":2"), "version 1, found 2"),
-            (good.replace("\"schema\":1,", ""), "`schema` is missing"),
+            (good.replace("\"schema\":2", "\"schema\":1"), "version 2, found 1"),
+            (good.replace("\"schema\":2,", ""), "`schema` is missing"),
             (good.replace("\"run\"", "\"rum\""), "expected \"run\" or \"cost\""),
             (good.replace("\"seed\":0", "\"seed\":-1"), "key `key.seed`"),
             (good.replace("\"keyframes\":12", "\"keyframe\":12"), "key `original"),
             (good.replace("node-addition", "node-removal"), "node-removal"),
-            ("{\"schema\":1,\n".to_owned(), "not JSON"),
+            ("{\"schema\":2,\n".to_owned(), "not JSON"),
             ("\n".to_owned(), "not JSON"),
             ("[1]\n".to_owned(), "expected an object"),
             // These are not torn: a whole object that is no record, and a text that is no beginning of a record.
-            ("{\"schema\":1}".to_owned(), "key `kind`"),
-            ("{\"schema\":1]".to_owned(), "not JSON"),
+            ("{\"schema\":2}".to_owned(), "key `kind`"),
+            ("{\"schema\":2]".to_owned(), "not JSON"),
         ];
         for (bad, problem) in cases {
             let (_folder, path) = written((good.clone() + &bad).as_bytes());

@@ -1,6 +1,9 @@
 //! The demonstrations of a robot in order, and where it had stopped before each: to score its model, and to teach
 //! another the same.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use situ::correction::Correction;
 use situ::demonstration::Demonstration;
 use situ::graph::Graph;
@@ -52,6 +55,11 @@ impl Lesson {
     /// The score of the structure that the lesson led to; `None` where a keyframe has no narration.
     pub fn score(&self, model: &Graph) -> Option<Structure> {
         self.truth.score(model)
+    }
+
+    /// The skill that each node of a model of the lesson holds in the main.
+    pub fn skills(&self, model: &Graph) -> BTreeMap<NodeId, Arc<str>> {
+        self.truth.skills(model)
     }
 
     /// What another method makes of the corrections. `learned` is its model of the originals, and its graphs must name

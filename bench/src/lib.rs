@@ -5,12 +5,13 @@
 //! ([`situ::method::Method`]), and [`mod@rollout`] executes the model in a changed world ([`evaluation`]). From the
 //! snapshot of a failure the teacher gives a [`mod@correction`]. A [`session`] does that until the model succeeds or
 //! the budget is used up, and a [`runner`] does all sessions of a [`plan`]. Each is a [`record`] of the [`ledger`], and
-//! the [`tables`] are projections of those. What updates cost is measured on [`synthetic`] automata ([`cost`]) and held
-//! against baselines by the [`gate`].
+//! the [`tables`] are projections of those. The [`manifest`] beside a ledger says what made it. What updates cost is
+//! measured on [`synthetic`] automata ([`cost`]) and held against baselines by the [`gate`].
 //!
 //! How to add a method, a task, a teacher or a table: [`extending`]. A task from nothing, step by step: [`tutorial`].
 
 pub mod archive;
+pub mod calibration;
 pub mod cmd;
 pub mod conditions;
 pub mod correction;
@@ -27,14 +28,20 @@ pub mod evaluation;
 pub mod extending {}
 pub mod files;
 pub mod gate;
+pub mod held_out;
 mod json_lines;
 pub mod ledger;
 pub mod lesson;
+pub mod machine;
+pub mod manifest;
 pub mod memo;
 pub mod pictures;
 pub mod plan;
+pub mod program;
 pub mod protocol;
+pub mod provenances;
 pub mod record;
+pub mod retrieval;
 pub mod rollout;
 pub mod runner;
 #[cfg(test)]

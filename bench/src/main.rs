@@ -8,7 +8,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use situ_bench::cmd::{check::Check, cost::Cost, learn::Learn, list::List, run::Run, show::Show, tables::Tables};
+use situ_bench::cmd::{
+    check::Check, cost::Cost, learn::Learn, list::List, run::Run, show::Show, supersede::Supersede, tables::Tables,
+};
 use situ_bench::error::BenchError;
 
 /// The benchmark of learning from corrective demonstrations: task models as automata of primitives, what it takes to
@@ -43,6 +45,7 @@ enum Verb {
     Tables(Tables),
     Learn(Learn),
     Show(Show),
+    Supersede(Supersede),
 }
 
 fn main() -> ExitCode {
@@ -64,6 +67,7 @@ fn main() -> ExitCode {
         }),
         Verb::Learn(learn) => learn.run().and_then(|text| print(&text)),
         Verb::Show(show) => show.run().and_then(|text| print(&text)),
+        Verb::Supersede(supersede) => supersede.run().and_then(|text| print(&text)),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

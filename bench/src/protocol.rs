@@ -16,7 +16,7 @@ pub struct Budget {
     pub least_originals: u32,
     /// Original demonstrations at the most. A seed that needs more is `untaught`.
     pub originals: u32,
-    /// Demonstrations of the changed task at the most: corrections, or full ones to a method that is taught from scratch.
+    /// Demonstrations of the changed task at the most: corrections, or full ones where a method is taught from scratch.
     pub demonstrations: u32,
 }
 
@@ -122,11 +122,12 @@ pub struct Protocol {
 }
 
 /// The protocols that come with the program.
-const BUILTIN: [(&str, &str); 7] = [
+const BUILTIN: [(&str, &str); 8] = [
     ("quick", include_str!("../protocols/quick.toml")),
     ("families", include_str!("../protocols/families.toml")),
     ("methods", include_str!("../protocols/methods.toml")),
     ("ablations", include_str!("../protocols/ablations.toml")),
+    ("teachers", include_str!("../protocols/teachers.toml")),
     ("cost", include_str!("../protocols/cost.toml")),
     ("latency", include_str!("../protocols/latency.toml")),
     ("paper", include_str!("../protocols/paper.toml")),

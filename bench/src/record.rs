@@ -3,7 +3,7 @@
 //! Every field is a function of the protocol, the key and the code. Only the fields named `update_seconds` hold the
 //! clock. [`Record::without_times`] sets those to 0, so that two ledgers can be compared byte for byte.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::iter::Sum;
 use std::ops::AddAssign;
@@ -13,6 +13,9 @@ use situ::edit::Edit;
 use situ::structure::Structure;
 use situ::trace::{Branch, Counters, MatchedIn, Step};
 use situ_teachers::TeachingEffort;
+
+use crate::calibration::BranchCalibration;
+use crate::held_out::HeldOut;
 
 /// The version of the ledger's lines.
 pub const SCHEMA: u64 = 2;
@@ -236,7 +239,7 @@ impl AddAssign for TotalEffort {
 }
 
 /// The corrected model against the pooled one: what `rebuild` makes of the same demonstrations at once.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pooled {
     /// Success of the pooled model on the changed task, from the starts of [`RunRecord::after`].
@@ -246,6 +249,9 @@ pub struct Pooled {
     pub retained: Rate,
     /// The structure of the pooled model.
     pub structure: Option<Structure>,
+    /// Its likelihood of the demonstration of [`RunRecord::held_out`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held_out: Option<HeldOut>,
 }
 
 /// One run in physics.
@@ -277,12 +283,18 @@ pub struct RunRecord {
     pub original_rate: Option<Rate>,
     /// Success on the original task after the corrections, from the same starts.
     pub retained: Option<Rate>,
-    /// The structure of the corrected model, against what the teacher meant.
+    /// The structure of the last model, against what the teacher meant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub structure: Option<Structure>,
     /// The comparison with the pooled model, where the protocol asks for it and there was a correction.
     #[serde(default, rename = "joint", skip_serializing_if = "Option::is_none")]
     pub pooled: Option<Pooled>,
+    /// The calibration at the branches of the rollouts of `after`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub calibration: Option<BranchCalibration>,
+    /// The likelihood of a demonstration of the changed task that was given to nobody.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held_out: Option<HeldOut>,
     /// In a sequence: success on the variations of the earlier stages, after this one.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub earlier: BTreeMap<String, Rate>,
@@ -294,9 +306,20 @@ impl RunRecord {
         self.outcome == Outcome::Reached
     }
 
-    /// The edit that each correction made.
-    pub fn edits_made(&self) -> impl Iterator<Item = Edit> {
-        self.corrections.iter().map(|correction| correction.edit_made)
+    /// Whether it says something about a method, and the task needs an edit.
+    pub fn counts_for_an_edit(&self) -> bool {
+        self.outcome.counts() && self.key.edit != Edit::None
+    }
+
+    /// Wall-clock seconds of an update, the mean; `None` where there was none.
+    pub fn update_seconds(&self) -> Option<f64> {
+        let seconds: f64 = self.corrections.iter().map(|correction| correction.update_seconds).sum();
+        (!self.corrections.is_empty()).then(|| seconds / self.corrections.len() as f64)
+    }
+
+    /// What counts as the demonstrations that it took: the budget, where the target was not reached.
+    pub fn charged(&self) -> u32 {
+        if self.is_reached() { self.effort.demonstrations } else { self.budget }
     }
 }
 
@@ -316,18 +339,38 @@ pub struct StepSummary {
     pub matched_in: MatchedIn,
     /// The branch of Algorithm 2.
     pub branch: Branch,
+    /// Whether A1.6 alone found a primitive that holds the segment's skill, as the teacher calls it; `None` where no
+    /// primitive held it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub retrieved: Option<bool>,
 }
 
-impl From<&Step> for StepSummary {
-    fn from(step: &Step) -> Self {
+impl StepSummary {
+    /// The summary of a step.
+    pub fn of(step: &Step, retrieved: Option<bool>) -> Self {
         Self {
+            retrieved,
             reference: step.reference.clone(),
-            applicable: count(step.applicable),
+            applicable: count(step.applicable.len()),
             model_size: count(step.model_size),
             candidates: count(step.candidates),
             matched_in: step.matched_in,
             branch: step.branch,
         }
+    }
+}
+
+impl CorrectionRecord {
+    /// The set of edits that it made: a new node brings its own edges, so an edge addition is one between known places.
+    /// Never empty: where nothing changed, it is [`Edit::None`].
+    pub fn edits(&self) -> BTreeSet<Edit> {
+        let made = [
+            (Edit::NodeAddition, self.nodes_added),
+            (Edit::EdgeAddition, self.edges_added),
+            (Edit::NodeModification, self.nodes_modified),
+        ];
+        let edits: BTreeSet<Edit> = made.into_iter().filter(|(_, count)| *count > 0).map(|(edit, _)| edit).collect();
+        if edits.is_empty() { BTreeSet::from([Edit::None]) } else { edits }
     }
 }
 
@@ -341,6 +384,8 @@ pub struct CorrectionRecord {
     pub last: String,
     /// The effort of its demonstration.
     pub effort: TotalEffort,
+    /// Whether the demonstration shows what changed.
+    pub shows_change: bool,
     /// The edit that the method made.
     pub edit_made: Edit,
     /// Nodes added.

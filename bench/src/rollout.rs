@@ -10,6 +10,7 @@ use situ_sim::{GripperCommand, MAX_OPENING, MotionEnd};
 use situ_tasks::{Episode, Moment};
 use situ_teachers::convert::{gripper_command, observe};
 
+use crate::calibration::{Choice, Due};
 use crate::ended::Ended;
 use crate::error::BenchError;
 use crate::memo::{Action, Cursor, Performed};
@@ -83,8 +84,10 @@ pub struct Rollout {
     pub success: bool,
     /// Whether it held there, or after some primitive before.
     pub once: bool,
-    /// The primitives that were begun, with their probabilities.
-    pub primitives: Vec<(Place, f64)>,
+    /// The number of primitives that were begun.
+    pub primitives: usize,
+    /// What the executor had to choose, in order.
+    pub choices: Vec<Choice>,
 }
 
 /// Executes the model from where the episode stands, as if nothing had run before.
@@ -99,17 +102,18 @@ pub fn rollout(
 ) -> Result<Rollout, BenchError> {
     let mut last = Place::Start;
     let mut interrupted = None;
-    let mut primitives = Vec::new();
+    let (mut primitives, mut choices) = (0, Vec::new());
     let mut watch = Watch { watched: execute.watched, missed: 0 };
     let mut once = false;
     let ended = loop {
         let state = observe(cursor.episode());
         let Some((child, probability)) = model.next(last, &state) else { break Ended::NoConfidentChild };
+        choices.push(Choice { last, child, probability, due: due(cursor.episode()) });
         if probability < execute.confidence {
             break Ended::NoConfidentChild;
         }
         let Place::Node(node) = child else { break Ended::End };
-        if primitives.len() == MOST_PRIMITIVES {
+        if primitives == MOST_PRIMITIVES {
             break Ended::TimeOut;
         }
         let (reference, keyframes) = model.keyframes(node, execute.execution, rng)?;
@@ -117,10 +121,10 @@ pub fn rollout(
         if let Some(reason) = watch.stops(cursor.episode(), Moment::Before, &reference) {
             break reason;
         }
-        if execute.watched == Watched::UntilPrimitive(primitives.len()) {
+        if execute.watched == Watched::UntilPrimitive(primitives) {
             break Ended::Stopped(TOO_EARLY.to_owned());
         }
-        primitives.push((child, probability));
+        primitives += 1;
         let action = Action { reference: reference.clone(), keyframes, patience: watch.patience() };
         let performed = cursor.perform(action, |episode, action| perform(episode, watch, action, &frame));
         watch.missed += performed.missed;
@@ -138,7 +142,15 @@ pub fn rollout(
     let episode = cursor.episode();
     let ended = if episode.is_sound() { ended } else { Ended::Spoilt };
     let success = episode.succeeded();
-    Ok(Rollout { ended, last, interrupted, success, once: once || success, primitives })
+    Ok(Rollout { ended, last, interrupted, success, once: once || success, primitives, choices })
+}
+
+/// What the task's program would do next.
+fn due(episode: &Episode) -> Due {
+    if episode.succeeded() {
+        return Due::End;
+    }
+    episode.next_skill().map_or(Due::Unknown, |skill| Due::Skill(skill.name.clone()))
 }
 
 /// Performs one primitive.

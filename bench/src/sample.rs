@@ -6,6 +6,8 @@ use situ::edit::Edit;
 use situ::structure::{Agreement, Structure};
 use situ::trace::{Branch, Counters, MatchedIn};
 
+use crate::calibration::{BranchCalibration, ConfidenceBin};
+use crate::held_out::HeldOut;
 use crate::record::{
     CorrectionRecord, CostRecord, Key, Outcome, Pooled, Rate, Record, RunRecord, Stage, StepSummary, TotalEffort,
 };
@@ -28,15 +30,17 @@ fn correction(edit_made: Edit, applicable: u32, update_seconds: f64) -> Correcti
         candidates: 1,
         matched_in: MatchedIn::None,
         branch: Branch::New,
+        retrieved: Some(applicable > 1),
     };
     CorrectionRecord {
         failure: "predicate lost".to_owned(),
         last: "START".to_owned(),
         effort: effort(1, 3),
+        shows_change: true,
         edit_made,
         nodes_added: u32::from(edit_made == Edit::NodeAddition),
-        edges_added: 0,
-        nodes_modified: 0,
+        edges_added: u32::from(edit_made == Edit::EdgeAddition),
+        nodes_modified: u32::from(edit_made == Edit::NodeModification),
         nodes_merged: 0,
         steps: vec![step],
         counters: Counters {
@@ -78,8 +82,17 @@ fn run(method: &str, seed: u64, outcome: Outcome, demonstrations: u32, made: &[E
         retained: None,
         structure: None,
         pooled: None,
+        calibration: counts.then(|| calibration(successes)),
+        held_out: counts.then_some(HeldOut { segments: 4, explained: 3, keyframes: 10, log_likelihood: -25.0 }),
         earlier: BTreeMap::new(),
     })
+}
+
+/// Ten choices of probability 0.9, so many of them right.
+fn calibration(right: u32) -> BranchCalibration {
+    let mut bins = vec![ConfidenceBin::default(); 10];
+    bins[9] = ConfidenceBin { choices: 10, right, probability: 9.0 };
+    BranchCalibration { squares: 0.01 * f64::from(right) + 0.81 * f64::from(10 - right), bins }
 }
 
 fn structure(nodes: u32, duplicates: u32, missed: u64) -> Structure {
@@ -88,6 +101,7 @@ fn structure(nodes: u32, duplicates: u32, missed: u64) -> Structure {
         nodes,
         edges: nodes + 1,
         duplicates,
+        skills: nodes - duplicates,
         pairs: agreement(8, 8 * missed),
         transitions: agreement(6, missed),
     }
@@ -101,7 +115,7 @@ fn compared(seed: u64) -> Record {
     run.structure = Some(structure(5, 1, 1));
     run.after = Some(rate(8));
     let pooled = rate(if seed == 0 { 10 } else { 6 });
-    run.pooled = Some(Pooled { pooled, retained: rate(10), structure: Some(structure(4, 0, 0)) });
+    run.pooled = Some(Pooled { pooled, retained: rate(10), structure: Some(structure(4, 0, 0)), held_out: None });
     record
 }
 

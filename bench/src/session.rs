@@ -3,13 +3,17 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use situ::demonstration::Demonstration;
 use situ::method::{self, Learned, Method, Role};
 use situ_tasks::Setting;
 
+use crate::calibration::BranchCalibration;
 use crate::conditions::Conditions;
 use crate::correction::Robot;
 use crate::error::BenchError;
 use crate::evaluation::Evaluation;
+use crate::held_out::HeldOut;
+use crate::lesson::Lesson;
 use crate::record::{Key, Outcome, Pooled, Rate, RunRecord, TotalEffort};
 use crate::spending::RunPhase;
 use crate::teaching::OriginalTask;
@@ -20,6 +24,8 @@ pub struct Uncorrected {
     deciding: Evaluation,
     /// The one that is published.
     fresh: Evaluation,
+    /// A demonstration of the changed task that no method is given.
+    held_out: Option<Demonstration>,
 }
 
 /// How the teaching of a run ended.
@@ -30,6 +36,8 @@ struct Taught {
     fresh: Evaluation,
     /// Whether the teacher gave up.
     gave_up: bool,
+    /// The calibration of the model in the rollouts of `fresh`.
+    calibration: Option<BranchCalibration>,
 }
 
 impl Conditions<'_> {
@@ -42,13 +50,16 @@ impl Conditions<'_> {
         method: &dyn Method,
     ) -> Result<Uncorrected, BenchError> {
         let Ok(original) = &task.original else {
-            return Ok(Uncorrected { deciding: Evaluation::none(0), fresh: Evaluation::none(0) });
+            return Ok(Uncorrected { deciding: Evaluation::none(0), fresh: Evaluation::none(0), held_out: None });
         };
-        self.before_of(&*method.take_over(original)?, setting)
+        let before = self.before_of(&*method.take_over(original)?, setting)?;
+        Ok(Uncorrected { held_out: self.during(RunPhase::Teach).held_out(setting)?, ..before })
     }
 
+    /// How a model does on a changed task. No demonstration is held out.
     fn before_of(&self, model: &dyn Learned, setting: &Arc<Setting>) -> Result<Uncorrected, BenchError> {
-        Ok(Uncorrected { deciding: self.decide(model, setting, 0)?, fresh: self.evaluate(model, setting)? })
+        let (deciding, fresh) = (self.decide(model, setting, 0)?, self.evaluate(model, setting)?);
+        Ok(Uncorrected { deciding, fresh, held_out: None })
     }
 
     /// A run of one method on one setting.
@@ -67,7 +78,10 @@ impl Conditions<'_> {
         let Ok(original) = &task.original else { return Ok(run) };
         run.before = Some(before.fresh.rate);
         let taught = match method.role() {
-            Role::Control => unchanged(before),
+            Role::Control => {
+                let model = method.take_over(original)?;
+                unchanged(&*model, &Lesson::new(&task.demonstrations), before, &mut run)
+            }
             Role::Correct => {
                 let folder = method.name().replace(':', "-");
                 let mut robot = Robot::new(method, original, &task.demonstrations, folder)?;
@@ -75,16 +89,12 @@ impl Conditions<'_> {
                 run.retained = self.retained(robot.model(), task, !run.corrections.is_empty())?;
                 run.structure = robot.structure();
                 if !run.corrections.is_empty() && self.protocol.pooled.iter().any(|name| name == method.name()) {
-                    run.pooled = Some(self.during(RunPhase::Pool).pooled(&robot, setting, task)?);
+                    let conditions = self.during(RunPhase::Pool);
+                    run.pooled = Some(conditions.pooled(&robot, setting, task, before.held_out.as_ref())?);
                 }
                 taught
             }
-            Role::FromScratch => {
-                let anew = self.during(RunPhase::Teach).teach_anew(setting, method, &mut run.effort)?;
-                let none = || Ok(Evaluation::none(self.protocol.rollouts));
-                let fresh = anew.model.as_ref().map_or_else(none, |model| self.evaluate(&**model, setting))?;
-                Taught { last: anew.last, fresh, gave_up: anew.gave_up }
-            }
+            Role::FromScratch => self.taught_anew(setting, method, before, &mut run)?,
         };
         self.finish(&mut run, taught);
         Ok(run)
@@ -101,7 +111,28 @@ impl Conditions<'_> {
         let corrected = self.correct(robot, setting, &before.deciding, run)?;
         let fresh =
             if run.corrections.is_empty() { before.fresh.clone() } else { self.evaluate(robot.model(), setting)? };
-        Ok(Taught { last: corrected.last, fresh, gave_up: corrected.gave_up })
+        let calibration = judge(robot.model(), robot.lesson(), &fresh, before, run);
+        Ok(Taught { last: corrected.last, fresh, gave_up: corrected.gave_up, calibration })
+    }
+
+    /// Teaches the changed task alone, and evaluates what came of it.
+    fn taught_anew(
+        &self,
+        setting: &Arc<Setting>,
+        method: &dyn Method,
+        before: &Uncorrected,
+        run: &mut RunRecord,
+    ) -> Result<Taught, BenchError> {
+        let anew = self.during(RunPhase::Teach).teach_anew(setting, method, &mut run.effort)?;
+        let (last, gave_up) = (anew.last, anew.gave_up);
+        let Some(model) = anew.model else {
+            return Ok(Taught { last, fresh: Evaluation::none(self.protocol.rollouts), gave_up, calibration: None });
+        };
+        let fresh = self.evaluate(&*model, setting)?;
+        let lesson = Lesson::new(&anew.demonstrations);
+        run.structure = lesson.score(&model.graph());
+        let calibration = judge(&*model, &lesson, &fresh, before, run);
+        Ok(Taught { last, fresh, gave_up, calibration })
     }
 
     /// The runs of one method on a sequence of settings. Each begins with the model that the one before left. There are
@@ -136,7 +167,9 @@ impl Conditions<'_> {
                 let is_applicable = method.edits().contains(&run.key.edit);
                 let taught = match method.role() {
                     Role::Correct if is_applicable => self.taught_by_corrections(robot, setting, &before, &mut run)?,
-                    Role::Correct | Role::FromScratch | Role::Control => unchanged(&before),
+                    Role::Correct | Role::FromScratch | Role::Control => {
+                        unchanged(robot.model(), robot.lesson(), &before, &mut run)
+                    }
                 };
                 corrected |= !run.corrections.is_empty();
                 run.retained = self.retained(robot.model(), task, corrected)?;
@@ -154,8 +187,8 @@ impl Conditions<'_> {
         Ok(runs)
     }
 
-    /// Success on the original task, from the fresh starts of before. A model that was not corrected has the same success
-    /// as then.
+    /// Success on the original task, from the fresh starts of before. A model that was not corrected has the same
+    /// success as then.
     fn retained(&self, model: &dyn Learned, task: &OriginalTask, corrected: bool) -> Result<Option<Rate>, BenchError> {
         if !corrected {
             return Ok(task.rate);
@@ -163,9 +196,15 @@ impl Conditions<'_> {
         Ok(Some(self.during(RunPhase::Retain).evaluate(model, &task.setting)?.rate))
     }
 
-    /// The comparison with the pooled model, which full retraining makes of the same demonstrations at once. It meets the
-    /// starts that the corrected model meets, by which nothing was decided.
-    fn pooled(&self, robot: &Robot<'_>, setting: &Arc<Setting>, task: &OriginalTask) -> Result<Pooled, BenchError> {
+    /// The comparison with the pooled model, which full retraining makes of the same demonstrations at once. It meets
+    /// the starts that the corrected model meets, by which nothing was decided.
+    fn pooled(
+        &self,
+        robot: &Robot<'_>,
+        setting: &Arc<Setting>,
+        task: &OriginalTask,
+        held_out: Option<&Demonstration>,
+    ) -> Result<Pooled, BenchError> {
         let pooled = method::pooled();
         let taken = task.original.as_ref().ok().filter(|_| robot.method().original() == pooled.original());
         let model = taken
@@ -175,23 +214,28 @@ impl Conditions<'_> {
             pooled: self.evaluate(&*model, setting)?.rate,
             retained: self.during(RunPhase::Retain).evaluate(&*model, &task.setting)?.rate,
             structure: robot.lesson().score(&model.graph()),
+            held_out: held_out.and_then(|demonstration| HeldOut::of(&*model, demonstration)),
         })
     }
 
     fn finish(&self, run: &mut RunRecord, taught: Taught) {
-        let Taught { last, fresh, gave_up } = taught;
+        let Taught { last, fresh, gave_up, calibration } = taught;
         run.outcome = match () {
             () if last.spoilt || fresh.spoilt => {
                 Outcome::Spoilt { why: "a rollout's physics was no longer sound".to_owned() }
             }
             () if self.is_reached(&last) => Outcome::Reached,
             () if gave_up => Outcome::GaveUp {
-                why: format!("the teacher could not show the way after {} demonstrations", run.effort.demonstrations),
+                why: format!(
+                    "the teacher could not show the way any more: {} tries for {} demonstrations",
+                    run.effort.tries, run.effort.demonstrations
+                ),
             },
             () => Outcome::Censored,
         };
         run.after = Some(fresh.rate);
         run.ended = fresh.ended;
+        run.calibration = calibration;
     }
 
     /// A run at its beginning. Only the effort of teaching the original task is known.
@@ -212,12 +256,28 @@ impl Conditions<'_> {
             retained: None,
             structure: None,
             pooled: None,
+            calibration: None,
+            held_out: None,
             earlier: BTreeMap::new(),
         }
     }
 }
 
 /// Nothing was taught.
-fn unchanged(before: &Uncorrected) -> Taught {
-    Taught { last: before.deciding.clone(), fresh: before.fresh.clone(), gave_up: false }
+fn unchanged(model: &dyn Learned, lesson: &Lesson, before: &Uncorrected, run: &mut RunRecord) -> Taught {
+    let calibration = judge(model, lesson, &before.fresh, before, run);
+    Taught { last: before.deciding.clone(), fresh: before.fresh.clone(), gave_up: false, calibration }
+}
+
+/// Holds a model against the demonstration that was held out. Returns its calibration in the rollouts of an evaluation.
+fn judge(
+    model: &dyn Learned,
+    lesson: &Lesson,
+    evaluation: &Evaluation,
+    before: &Uncorrected,
+    run: &mut RunRecord,
+) -> Option<BranchCalibration> {
+    run.held_out = before.held_out.as_ref().and_then(|demonstration| HeldOut::of(model, demonstration));
+    let graph = model.graph();
+    BranchCalibration::of(&evaluation.choices, &graph, &lesson.skills(&graph))
 }

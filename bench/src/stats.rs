@@ -108,8 +108,8 @@ pub fn bootstrap_within(strata: &[usize], seed: u64, statistic: impl Fn(&[usize]
     Some(Estimate { value, low: percentile(&values, TAILS.0), high: percentile(&values, TAILS.1) })
 }
 
-/// The interquartile mean of scores pooled over tasks: a quarter of them, rounded down, is left out at each end (Agarwal
-/// et al. 2021). `None` where there is no score.
+/// The interquartile mean of scores pooled over tasks: a quarter of them, rounded down, is left out at each end
+/// (Agarwal et al. 2021). `None` where there is no score.
 pub fn interquartile_mean(scores: &[f64]) -> Option<f64> {
     let mut sorted = scores.to_vec();
     sorted.sort_by(f64::total_cmp);

@@ -32,18 +32,47 @@ pub struct OriginalTask {
     pub(crate) original: Result<Original, String>,
 }
 
+/// What a demonstration is for. It names the streams of its draws.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Purpose {
+    /// A robot is given it.
+    Teach,
+    /// Models are held against it.
+    HoldOut,
+}
+
+impl Purpose {
+    /// The stream of the starts.
+    const fn start(self) -> &'static str {
+        match self {
+            Self::Teach => "teach",
+            Self::HoldOut => "hold-out",
+        }
+    }
+
+    /// The stream of the teacher's errors.
+    const fn teacher(self) -> &'static str {
+        match self {
+            Self::Teach => "teacher",
+            Self::HoldOut => "hold-out-teacher",
+        }
+    }
+}
+
 /// What came of the tries at one demonstration.
-pub(crate) struct Tried {
+struct Tried {
     /// The one that the robot is given; `None` where the teacher gives up.
     demonstration: Option<Demonstration>,
     /// The effort of all of them.
-    pub(crate) effort: TotalEffort,
+    effort: TotalEffort,
 }
 
 /// A model that was taught the changed task alone.
 pub(crate) struct TaughtAnew {
     /// The model; `None` where the teacher could not show the task once.
     pub(crate) model: Option<Box<dyn Learned>>,
+    /// The demonstrations that it was taught.
+    pub(crate) demonstrations: Vec<Demonstration>,
     /// The evaluation that decided that it is the last.
     pub(crate) last: Evaluation,
     /// Whether the teacher gave up.
@@ -66,7 +95,7 @@ impl Conditions<'_> {
         let budget = self.protocol.budget;
         let mut last = Evaluation::none(0);
         for index in 0..budget.originals {
-            let Tried { demonstration, effort } = self.demonstrate(original, index)?;
+            let Tried { demonstration, effort } = self.demonstrate(original, index, Purpose::Teach)?;
             task.effort += effort;
             let Some(demonstration) = demonstration else {
                 let given = task.demonstrations.len();
@@ -112,17 +141,21 @@ impl Conditions<'_> {
         method: &dyn Method,
         spent: &mut TotalEffort,
     ) -> Result<TaughtAnew, BenchError> {
-        let mut demonstrations = Vec::new();
-        let mut taught = TaughtAnew { model: None, last: Evaluation::none(self.protocol.rollouts), gave_up: false };
+        let mut taught = TaughtAnew {
+            model: None,
+            demonstrations: Vec::new(),
+            last: Evaluation::none(self.protocol.rollouts),
+            gave_up: false,
+        };
         for index in 0..self.protocol.budget.demonstrations {
-            let Tried { demonstration, effort } = self.demonstrate(setting, index)?;
+            let Tried { demonstration, effort } = self.demonstrate(setting, index, Purpose::Teach)?;
             *spent += effort;
             let Some(demonstration) = demonstration else {
                 taught.gave_up = true;
                 break;
             };
-            demonstrations.push(demonstration);
-            let model = self.learned(method, &demonstrations)?;
+            taught.demonstrations.push(demonstration);
+            let model = self.learned(method, &taught.demonstrations)?;
             taught.last = self.decide(&*model, setting, index + 1)?;
             taught.model = Some(model);
             if self.is_reached(&taught.last) {
@@ -159,24 +192,34 @@ impl Conditions<'_> {
         Ok(shown?)
     }
 
+    /// A demonstration of the setting that no method is given; `None` where the teacher gives up.
+    pub(crate) fn held_out(&self, setting: &Arc<Setting>) -> Result<Option<Demonstration>, BenchError> {
+        Ok(self.demonstrate(setting, 0, Purpose::HoldOut)?.demonstration)
+    }
+
+    /// The effort of the first whole demonstration that a robot is given, all tries.
+    pub(crate) fn effort_of_first(&self, setting: &Arc<Setting>) -> Result<TotalEffort, BenchError> {
+        Ok(self.demonstrate(setting, 0, Purpose::Teach)?.effort)
+    }
+
     /// One whole demonstration of the setting. A try that fails is repeated from another start.
-    pub(crate) fn demonstrate(&self, setting: &Arc<Setting>, index: u32) -> Result<Tried, BenchError> {
+    fn demonstrate(&self, setting: &Arc<Setting>, index: u32, purpose: Purpose) -> Result<Tried, BenchError> {
         let mut tried = Tried { demonstration: None, effort: TotalEffort::default() };
         for attempt in 0..ATTEMPTS {
             self.check_interrupt()?;
-            let start = || Episode::start(setting, self.stream(setting, "teach", &[index, attempt]));
+            let start = || Episode::start(setting, self.stream(setting, purpose.start(), &[index, attempt]));
             let steps = |episode: &Result<Episode, TaskError>| Steps {
                 simulated: episode.as_ref().map_or(0, Episode::steps),
                 replayed: 0,
             };
             let episode = self.spend(start, steps)?;
-            let seed = self.stream(setting, "teacher", &[index, attempt]);
+            let seed = self.stream(setting, purpose.teacher(), &[index, attempt]);
             let name = format!("{}-{index}", setting.label());
             let shown = self.demonstrated(&name, Kind::Original, episode, seed)?;
             tried.demonstration = shown.demonstration.filter(|_| shown.clean);
             tried.effort += TotalEffort::of_try(&shown.effort, tried.demonstration.is_some());
             if let Some(demonstration) = &tried.demonstration {
-                if let Some(archive) = self.archive {
+                if let (Some(archive), Purpose::Teach) = (self.archive, purpose) {
                     let path = format!("{}/full-{index}", self.folder(setting));
                     archive.write(&path, demonstration, self.schema, &Before::default())?;
                 }

@@ -23,19 +23,11 @@ pub struct Absorbed {
 }
 
 impl Conditions<'_> {
-    /// The effort of one whole demonstration, all tries. Without a demonstration the teacher gave up.
-    ///
-    /// # Errors
-    /// An error of the task or the teacher; [`BenchError::Interrupted`].
-    pub fn effort_of_demonstration(&self, setting: &Arc<Setting>) -> Result<TotalEffort, BenchError> {
-        Ok(self.demonstrate(setting, 0)?.effort)
-    }
-
     /// The effort of one correction from where the original script fails, all tries. `None` where the watching teacher
     /// does not stop the script, and the arm finds all its ways.
     ///
     /// # Errors
-    /// As [`Conditions::effort_of_demonstration`].
+    /// An error of the task or the teacher; [`BenchError::Interrupted`].
     pub fn effort_of_correction(&self, setting: &Arc<Setting>) -> Result<Option<TotalEffort>, BenchError> {
         let mut episode = Episode::start(setting, self.stream(setting, "script", &[0]))?;
         let ending = script::watched(&mut episode, &mut |_| {}).ending;

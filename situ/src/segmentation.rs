@@ -1,5 +1,5 @@
-//! Segmentation of a keyframe demonstration by the reference object that the teacher names (paper, "Segmentation"), or by
-//! what the teacher says of each keyframe.
+//! Segmentation of a keyframe demonstration by the reference object that the teacher names (paper, "Segmentation"), or
+//! by what the teacher says of each keyframe.
 
 use std::sync::Arc;
 

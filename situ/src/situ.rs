@@ -42,7 +42,7 @@ impl<L: Learner> Update<'_, L> {
             let applicable = placement.applicable(self, s); // A1.6: Z ← { z_j ∈ T | c_j(s) = 1 }
             let z = self.local_update(a, s, d, &applicable, placement)?;
             a = Place::Node(z); // A1.7: T, a ← Local-Update(a, s, d, Z, T)
-            self.end_step(applicable.len()); // D17
+            self.end_step(applicable); // D17
         }
         Ok(a)
     }

@@ -12,9 +12,9 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::demonstration::Demonstration;
+use crate::demonstration::{Demonstration, Keyframe};
 use crate::graph::{Graph, GraphNode};
-use crate::place::{Place, SegmentId};
+use crate::place::{NodeId, Place, SegmentId};
 
 /// What two sets have in common.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -46,6 +46,8 @@ pub struct Structure {
     pub edges: u32,
     /// Nodes that hold, in the main, a skill which an earlier node holds as well.
     pub duplicates: u32,
+    /// Skills that some node holds in the main.
+    pub skills: u32,
     /// Pairs of keyframes in one node.
     pub pairs: Agreement,
     /// Transitions between skills.
@@ -138,6 +140,7 @@ impl Truth {
             nodes: graph.nodes.len() as u32,
             edges: graph.edges.len() as u32,
             duplicates,
+            skills: known.len() as u32,
             pairs,
             transitions: Agreement {
                 both: transitions.intersection(&self.transitions).count() as u64,
@@ -145,6 +148,15 @@ impl Truth {
                 truth: self.transitions.len() as u64,
             },
         })
+    }
+
+    /// The skill that each node holds in the main. A node that holds nothing of what was shown has none.
+    pub fn skills(&self, graph: &Graph) -> BTreeMap<NodeId, Arc<str>> {
+        let skill = |node: &GraphNode| {
+            let skill = most(&count(self.segments(graph, node).flatten()))?;
+            Some((node.id, skill.clone()))
+        };
+        graph.nodes.iter().filter_map(skill).collect()
     }
 
     fn pairs(&self) -> u64 {
@@ -168,6 +180,11 @@ impl Truth {
     fn label(&self, graph: &Graph, node: &GraphNode, place: fn(&[Arc<str>]) -> Option<&Arc<str>>) -> Option<Arc<str>> {
         most(&count(self.segments(graph, node).filter_map(place))).cloned()
     }
+}
+
+/// What the teacher calls most of these keyframes; of equals the first by name. `None` where nothing is named.
+pub fn main_skill(keyframes: &[Keyframe]) -> Option<Arc<str>> {
+    most(&count(keyframes.iter().filter_map(|keyframe| keyframe.narration.as_ref()))).cloned()
 }
 
 /// Where the label changes, from which to which.

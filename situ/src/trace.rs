@@ -92,8 +92,8 @@ pub enum Branch {
 pub struct Step {
     /// The segment's reference object.
     pub reference: String,
-    /// |Z|: primitives applicable in the segment's start state.
-    pub applicable: usize,
+    /// `Z`: the primitives applicable in the segment's start state, in order, by the names that they had then.
+    pub applicable: Vec<NodeId>,
     /// |T|: primitives in the model before the step.
     pub model_size: usize,
     /// Primitives compared with the segment.
@@ -119,7 +119,7 @@ impl Step {
     pub(crate) fn new(reference: &str, model_size: usize) -> Self {
         Self {
             reference: reference.to_owned(),
-            applicable: 0,
+            applicable: Vec::new(),
             model_size,
             candidates: 0,
             matched_in: MatchedIn::None,

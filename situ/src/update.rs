@@ -56,8 +56,8 @@ impl<'a, L: Learner> Update<'a, L> {
         self.counters = Counters::default();
     }
 
-    /// D17: ends the step; so many primitives were applicable.
-    pub(crate) fn end_step(&mut self, applicable: usize) {
+    /// D17: ends the step, in which these primitives were applicable.
+    pub(crate) fn end_step(&mut self, applicable: Vec<NodeId>) {
         let counters = std::mem::take(&mut self.counters);
         if let Some(step) = self.steps.last_mut() {
             step.applicable = applicable;

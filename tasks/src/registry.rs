@@ -21,6 +21,8 @@ const LIBRARY: [(&str, &str); 6] = [
 #[derive(Debug, Clone, Default)]
 pub struct Registry {
     tasks: BTreeMap<String, Task>,
+    /// The text of each task's file.
+    texts: BTreeMap<String, String>,
 }
 
 impl Registry {
@@ -32,7 +34,7 @@ impl Registry {
         let mut registry = Registry::default();
         for (file, text) in LIBRARY {
             let task = Task::parse(text, Path::new(file))?;
-            registry.add(task, Path::new(file))?;
+            registry.add(task, text, Path::new(file))?;
         }
         Ok(registry)
     }
@@ -49,7 +51,9 @@ impl Registry {
         files.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
         files.sort();
         for file in files {
-            self.add(Task::load(&file)?, &file)?;
+            let text = std::fs::read_to_string(&file);
+            let text = text.map_err(|source| TaskError::Read { path: file.clone(), source })?;
+            self.add(Task::parse(&text, &file)?, &text, &file)?;
         }
         Ok(self)
     }
@@ -57,14 +61,16 @@ impl Registry {
     /// The same tasks with something else to carry the hand.
     #[must_use]
     pub fn with_plant(self, plant: Plant) -> Registry {
-        Registry { tasks: self.tasks.into_iter().map(|(name, task)| (name, task.with_plant(plant))).collect() }
+        let tasks = self.tasks.into_iter().map(|(name, task)| (name, task.with_plant(plant))).collect();
+        Registry { tasks, ..self }
     }
 
-    fn add(&mut self, task: Task, file: &Path) -> Result<(), TaskError> {
+    fn add(&mut self, task: Task, text: &str, file: &Path) -> Result<(), TaskError> {
         let name = task.name().to_owned();
         if self.tasks.contains_key(&name) {
             return Err(TaskError::DuplicateTask { file: file.to_owned(), name });
         }
+        self.texts.insert(name.clone(), text.to_owned());
         self.tasks.insert(name, task);
         Ok(())
     }
@@ -77,6 +83,11 @@ impl Registry {
     /// The tasks, in the order of their names.
     pub fn tasks(&self) -> impl Iterator<Item = &Task> {
         self.tasks.values()
+    }
+
+    /// The text of the file that the task of this name was read from; `None` where there is no such task.
+    pub fn text(&self, name: &str) -> Option<&str> {
+        self.texts.get(name).map(String::as_str)
     }
 
     /// The task of this name.

@@ -67,6 +67,13 @@ impl Setting {
         }
     }
 
+    /// Whether the original task's program has this very skill. If it has, a model of the original task knows how to go
+    /// on after it.
+    pub fn is_original(&self, skill: &Skill) -> bool {
+        let is_same = |original: &Skill| original.reference == skill.reference && original.keyframes == skill.keyframes;
+        self.original_skills.iter().any(is_same)
+    }
+
     /// Whether the competent program performs a skill twice in a row: then the setting needs an edge from the skill to
     /// itself.
     pub fn repeats(&self, skill: &str) -> bool {

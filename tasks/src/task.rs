@@ -45,15 +45,6 @@ impl Task {
         Ok(Task { name: content.name, analysis, schema, original, variations: variations?, sequences })
     }
 
-    /// Reads a task file.
-    ///
-    /// # Errors
-    /// The file cannot be read, or as for [`Task::parse`].
-    pub fn load(path: &Path) -> Result<Task, TaskError> {
-        let text = std::fs::read_to_string(path).map_err(|source| TaskError::Read { path: path.to_owned(), source })?;
-        Task::parse(&text, path)
-    }
-
     /// The same task with something else to carry the hand.
     #[must_use]
     pub fn with_plant(self, plant: Plant) -> Task {

@@ -1,6 +1,8 @@
 //! Arguments that several verbs share: tasks and teachers beside those that come with the program, and what carries the
 //! hand.
 
+use std::collections::BTreeMap;
+use std::fs;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
@@ -8,6 +10,10 @@ use situ_tasks::{Plant, Registry};
 use situ_teachers::Roster;
 
 use crate::error::BenchError;
+use crate::manifest;
+
+/// The file of the teachers that come with the program.
+const TEACHERS: &str = include_str!("../../../synth_teachers/src/profiles.toml");
 
 /// What carries the hand.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -17,6 +23,16 @@ pub enum Carrier {
     Arm,
     /// Nothing: the hand goes wherever it is told.
     Hand,
+}
+
+impl Carrier {
+    /// Its name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Arm => "arm",
+            Self::Hand => "hand",
+        }
+    }
 }
 
 impl From<Carrier> for Plant {
@@ -60,5 +76,22 @@ impl Library {
     pub fn roster(&self) -> Result<Roster, BenchError> {
         let builtin = Roster::builtin()?;
         Ok(self.teachers.iter().try_fold(builtin, |roster, file| roster.with_file(file))?)
+    }
+
+    /// The hash of the file that each of these teachers was read from, by name. Names that no teacher has are left out.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or a mistake in one.
+    pub fn teacher_hashes<'a>(
+        &self,
+        names: impl IntoIterator<Item = &'a String>,
+    ) -> Result<BTreeMap<String, String>, BenchError> {
+        let mut files = vec![(Roster::builtin()?, manifest::hash(TEACHERS))];
+        for path in &self.teachers {
+            let text = fs::read(path).map_err(|source| BenchError::Read { path: path.clone(), source })?;
+            files.push((Roster::default().with_file(path)?, manifest::hash(text)));
+        }
+        let of = |name: &String| files.iter().find(|(roster, _)| roster.get(name).is_ok());
+        Ok(names.into_iter().filter_map(|name| of(name).map(|(_, hash)| (name.clone(), hash.clone()))).collect())
     }
 }

@@ -7,5 +7,6 @@ pub mod library;
 pub mod list;
 pub mod run;
 pub mod show;
+pub mod supersede;
 pub mod tables;
 mod terminal;

@@ -7,6 +7,7 @@ use std::sync::Mutex;
 
 use clap::Args;
 use indicatif::ProgressBar;
+use situ_tasks::Registry;
 
 use crate::archive::Archive;
 use crate::cmd::library::{Carrier, Library};
@@ -14,8 +15,10 @@ use crate::cmd::terminal;
 use crate::error::BenchError;
 use crate::files;
 use crate::ledger::{self, Canonical, Ledger};
+use crate::manifest::{self, Manifest, Provenance};
 use crate::plan::{Filter, Plan};
 use crate::protocol::Protocol;
+use crate::provenances::{self, Provenances};
 use crate::runner::{Progress, Runner};
 use crate::spending::Spending;
 use crate::tables::{self, Publication};
@@ -23,9 +26,10 @@ use crate::tables::{self, Publication};
 /// Runs a protocol: teaches tasks, changes them, corrects the models, and compares the methods.
 #[derive(Args, Clone, Debug, Default)]
 #[command(
-    after_long_help = "Every finished run is one line of DIR/ledger.jsonl, written as it finishes. Where the program \
-        was interrupted, --resume goes on. At the end the ledger is put in order, and its tables are written beside \
-        it. Whatever the number of threads, the same seed gives the same records, except for the times.
+    after_long_help = "DIR/manifest.toml says what makes the runs, and of what; it is there before the first of them. \
+        Every finished run is one line of DIR/ledger.jsonl, written as it finishes. Where the program was interrupted, \
+        --resume goes on. At the end the ledger is put in order, and its tables are written beside it. Whatever the \
+        number of threads, the same seed gives the same records, except for the times.
 
 Examples:
   situ-bench run
@@ -62,9 +66,12 @@ pub struct Run {
     /// The folder for the ledger and the tables. Where it is not given, `runs/PROTOCOL`, which is begun anew each time.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Goes on with the ledger that is in the folder.
+    /// Goes on with the ledger that is in the folder. It must be of this benchmark version and this program's revision.
     #[arg(long)]
     pub resume: bool,
+    /// Goes on with a ledger of another provenance, too. Every table's heading names both.
+    #[arg(long, requires = "resume")]
+    pub mixed: bool,
     /// Also writes every demonstration, in the format of `learn`, below DIR/demonstrations.
     #[arg(long)]
     pub demonstrations: bool,
@@ -79,10 +86,12 @@ pub struct Run {
     pub library: Library,
 }
 
+/// So many publications are printed: those that answer the first questions.
+const FIRST: usize = 2;
 /// The ledger's name in its folder.
-const LEDGER: &str = "ledger.jsonl";
+pub(super) const LEDGER: &str = "ledger.jsonl";
 /// The protocol's name in the folder.
-const PROTOCOL: &str = "protocol.toml";
+pub(super) const PROTOCOL: &str = "protocol.toml";
 
 /// The records and tables of a protocol's runs.
 pub(super) struct Published {
@@ -129,18 +138,22 @@ impl Run {
     ///
     /// # Errors
     /// Bad names and files; [`BenchError::Interrupted`].
-    pub(super) fn publish(&self, protocol: &Protocol, tables: &[&Publication]) -> Result<Published, BenchError> {
+    pub(super) fn publish(&self, protocol: &Protocol, publications: &[&Publication]) -> Result<Published, BenchError> {
         let folder = self.out.clone().unwrap_or_else(|| Path::new("runs").join(&protocol.name));
         let path = self.ledger(protocol, &folder)?;
         let records = Canonical::from(ledger::read(&path)?.records);
         let command = Path::new(&protocol.name).join(LEDGER);
+        let heading = Provenances::of(std::slice::from_ref(&path), false)?.heading(&command.display().to_string());
         let tables: Vec<(String, String)> =
-            tables.iter().flat_map(|table| table.files(&records, &command.display().to_string())).collect();
-        let markdown = tables.iter().filter(|(name, _)| name.ends_with(".md"));
-        let printed = markdown.map(|(_, text)| format!("{text}\n")).collect();
+            publications.iter().flat_map(|table| table.files(&records, &heading)).collect();
+        let first: Vec<String> = publications.iter().take(FIRST).map(|table| format!("{}.md", table.name)).collect();
+        let printed = tables.iter().filter(|(name, _)| first.contains(name)).map(|(_, text)| format!("{text}\n"));
+        let mut printed: String = printed.collect();
+        printed.push_str(&format!("The other tables and the ledger are in {}.\n", folder.display()));
         let mut outputs = vec![(path, ledger::text(&records))];
         outputs.extend(tables.iter().map(|(name, text)| (folder.join(name), text.clone())));
         files::write_all(&outputs)?;
+        remove_former(&folder, publications, &tables)?;
         Ok(Published { records, tables, printed })
     }
 
@@ -154,8 +167,9 @@ impl Run {
             teachers: self.teacher.clone(),
         };
         let wanted = Protocol { first_seed: self.seed.unwrap_or(protocol.first_seed), ..protocol.clone() };
-        let plan = Plan::new(wanted, &filter, &self.library.registry()?, &self.library.roster()?)?;
-        let path = self.prepare(folder, protocol)?;
+        let registry = self.library.registry()?;
+        let plan = Plan::new(wanted, &filter, &registry, &self.library.roster()?)?;
+        let path = self.prepare(folder, protocol, self.manifest(&plan, &registry)?)?;
         let (ledger, contents) = Ledger::open(&path)?;
         contents.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
         let interrupted = terminal::interrupt_flag();
@@ -180,8 +194,19 @@ impl Run {
         Ok(path)
     }
 
-    /// Makes the folder ready; returns the ledger's path.
-    fn prepare(&self, folder: &Path, protocol: &Protocol) -> Result<PathBuf, BenchError> {
+    /// The manifest of this run. A protocol without tasks needs no teacher.
+    fn manifest(&self, plan: &Plan, registry: &Registry) -> Result<Manifest, BenchError> {
+        let protocol = &plan.protocol;
+        let tasks = protocol.tasks.iter().chain(&self.task);
+        let tasks = tasks.filter_map(|name| Some((name.clone(), manifest::hash(registry.text(name)?))));
+        let tasks: BTreeMap<_, _> = tasks.collect();
+        let teachers = protocol.teachers.iter().chain(&self.teacher).filter(|_| !tasks.is_empty());
+        let teachers = self.library.teacher_hashes(teachers)?;
+        Ok(Manifest::new(protocol, self.library.plant.name(), tasks, teachers))
+    }
+
+    /// Makes the folder ready, its manifest first; returns the ledger's path.
+    fn prepare(&self, folder: &Path, protocol: &Protocol, manifest: Manifest) -> Result<PathBuf, BenchError> {
         let write = |path: &Path, source| BenchError::Write { path: path.to_owned(), source };
         fs::create_dir_all(folder).map_err(|source| write(folder, source))?;
         let (path, copy) = (folder.join(LEDGER), folder.join(PROTOCOL));
@@ -194,6 +219,7 @@ impl Run {
                     self.protocol
                 )));
             }
+            self.go_on(&path, manifest)?;
             return Ok(path);
         }
         if path.exists() {
@@ -205,9 +231,42 @@ impl Run {
             }
             fs::remove_file(&path).map_err(|source| write(&path, source))?;
         }
-        files::write_all(&[(copy, protocol.source.clone())])?;
+        files::write_all(&[(manifest::beside(&path), manifest.text()), (copy, protocol.source.clone())])?;
         Ok(path)
     }
+
+    /// Whether this program may add to a ledger. Where the ledger is of another provenance, its manifest notes both.
+    fn go_on(&self, ledger: &Path, here: Manifest) -> Result<(), BenchError> {
+        let path = manifest::beside(ledger);
+        let former = Manifest::read(&path)?;
+        let provenance = former.as_ref().map_or_else(Provenance::unknown, |former| former.provenance.clone());
+        if provenance.agrees_with(&here.provenance) {
+            return Ok(());
+        }
+        if !self.mixed {
+            let ledger = ledger.display().to_string();
+            return Err(provenances::disagree(&ledger, &provenance, "this run", &here.provenance));
+        }
+        let (mut manifest, other) = match former {
+            Some(former) => (former, here.provenance),
+            None => (here, provenance),
+        };
+        if manifest.mix(&other) { files::write_all(&[(path, manifest.text())]) } else { Ok(()) }
+    }
+}
+
+/// Removes tables of a former run that have no row any more.
+fn remove_former(folder: &Path, publications: &[&Publication], tables: &[(String, String)]) -> Result<(), BenchError> {
+    for path in unmade(publications, tables).map(|name| folder.join(name)).filter(|path| path.is_file()) {
+        fs::remove_file(&path).map_err(|source| BenchError::Write { path, source })?;
+    }
+    Ok(())
+}
+
+/// The names of tables that have no row.
+fn unmade(publications: &[&Publication], tables: &[(String, String)]) -> impl Iterator<Item = String> {
+    let names = publications.iter().flat_map(|table| table.names());
+    names.filter(|name| tables.iter().all(|(made, _)| made != name))
 }
 
 /// Compares records, all but their times.
@@ -231,6 +290,7 @@ fn compare_tables(tables: &[(String, String)], folder: &Path) -> Result<(), Benc
             differing.push(name.clone());
         }
     }
+    differing.extend(unmade(&tables::ALL, tables).filter(|name| folder.join(name).exists()));
     refuse("tables", differing)
 }
 

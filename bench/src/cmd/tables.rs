@@ -9,13 +9,15 @@ use clap::{Args, ValueEnum};
 use crate::error::BenchError;
 use crate::files;
 use crate::ledger;
+use crate::provenances::Provenances;
 use crate::tables::{ALL, Publication};
 
 /// Makes the tables of ledgers: to standard output, or into a folder.
 #[derive(Args, Clone, Debug)]
 #[command(
-    after_long_help = "Several ledgers count as one: the shards of a protocol, say. The same records give the same \
-        bytes.
+    after_long_help = "Several ledgers count as one: the shards of a protocol, say. They must be of one benchmark \
+        version and one revision of the program, by the manifest.toml beside each of them. The same records give the \
+        same bytes.
 
 Examples:
   situ-bench tables quick.jsonl
@@ -26,6 +28,9 @@ pub struct Tables {
     /// Ledgers that `run` wrote.
     #[arg(required = true, value_name = "LEDGER")]
     pub ledgers: Vec<PathBuf>,
+    /// Permits ledgers of different provenance. Every table's heading names them.
+    #[arg(long)]
+    pub mixed: bool,
     /// Writes the tables into this folder; without it they are printed.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -76,15 +81,16 @@ impl Tables {
     /// Makes the tables, writes them where a folder is named, and returns the text that is to be printed.
     ///
     /// # Errors
-    /// As [`ledger::read_all`]; [`BenchError::Write`].
+    /// As [`Provenances::of`] and [`ledger::read_all`]; [`BenchError::Write`].
     pub fn run(&self) -> Result<PrintedTables, BenchError> {
+        let provenances = Provenances::of(&self.ledgers, self.mixed)?;
         let (records, warnings) = ledger::read_all(&self.ledgers)?;
         let ledgers: Vec<String> = self.ledgers.iter().map(|path| path.display().to_string()).collect();
+        let heading = provenances.heading(&ledgers.join(" "));
         let format = self.format.or(self.out.is_none().then_some(Format::Md));
         let is_wanted =
             |table: &Publication| self.table.is_empty() || self.table.iter().any(|wanted| wanted.name == table.name);
-        let files =
-            ALL.iter().filter(|table| is_wanted(table)).flat_map(|table| table.files(&records, &ledgers.join(" ")));
+        let files = ALL.iter().filter(|table| is_wanted(table)).flat_map(|table| table.files(&records, &heading));
         let files: Vec<(String, String)> =
             files.filter(|(name, _)| format.is_none_or(|format| name.ends_with(format.ending()))).collect();
         let Some(folder) = &self.out else {

@@ -1,9 +1,9 @@
 //! Where a baseline was minted, and of what code.
 
-use std::fs;
-use std::process::Command;
-
 use serde::{Deserialize, Serialize};
+
+use crate::machine::Machine;
+use crate::program;
 
 /// Where and of what a baseline was minted.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub struct Origin {
     /// The machine's processor, in its own words.
     pub machine: String,
-    /// The revision of the code; `unknown` outside a repository.
+    /// The revision of the code ([`program::revision`]).
     pub revision: String,
     /// The compiler, in its own words.
     pub toolchain: String,
@@ -25,20 +25,11 @@ pub struct Origin {
 impl Origin {
     /// Of this code, on this machine.
     pub fn here() -> Self {
-        let cpu = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-        let model = cpu.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
-        let git = |words: &[&str]| {
-            let output = Command::new("git").args(words).output().ok().filter(|output| output.status.success())?;
-            Some(String::from_utf8(output.stdout).ok()?.trim().to_owned())
-        };
-        let changes = git(&["status", "--porcelain", "--untracked-files=no"]);
-        let changed = changes.is_some_and(|changes| !changes.is_empty());
-        let revision = git(&["rev-parse", "HEAD"]).unwrap_or_else(|| "unknown".to_owned());
         Self {
-            machine: model.map_or("unknown", |(_, model)| model.trim()).to_owned(),
-            revision: if changed { format!("{revision}, changed") } else { revision },
-            toolchain: env!("SITU_TOOLCHAIN").to_owned(),
-            target: env!("SITU_TARGET").to_owned(),
+            machine: Machine::here().processor,
+            revision: program::revision(),
+            toolchain: program::TOOLCHAIN.to_owned(),
+            target: program::TARGET.to_owned(),
             vectors: situ::vector::kind().to_owned(),
         }
     }

@@ -23,8 +23,8 @@ pub struct SignFlip {
 /// The sign-flip permutation test of paired differences, one for each unit (Fisher 1935, section 21). Under the
 /// hypothesis that nothing differs, the sign of each difference is a fair coin. `None` where there is no difference.
 ///
-/// Up to 16 differences the test is exact; beyond, [`FLIPS`] sign vectors are drawn and the observed one is counted among
-/// them (Phipson and Smyth 2010).
+/// Up to 16 differences the test is exact; beyond, [`FLIPS`] sign vectors are drawn and the observed one is counted
+/// among them (Phipson and Smyth 2010).
 pub fn sign_flip(differences: &[f64], seed: u64) -> Option<SignFlip> {
     let n = differences.len();
     if n == 0 {
@@ -142,7 +142,8 @@ mod tests {
     }
 
     proptest! {
-        /// The exact test counts the sign vectors whose sum is as far from 0, and does not care which method comes first.
+        /// The exact test counts the sign vectors whose sum is as far from 0. It does not care which method comes
+        /// first.
         #[test]
         fn the_exact_test_counts_sums(differences in prop::collection::vec(-1.0..1.0_f64, 1..9)) {
             let all = sums(&differences);

@@ -1,6 +1,6 @@
 //! Cells of a table and the columns that make them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use situ::edit::Edit;
 use situ::trace::Counters;
@@ -51,6 +51,13 @@ pub(super) enum Cell {
     Nothing,
 }
 
+impl Cell {
+    /// Whether it holds something, and no zero among counts.
+    pub(super) fn says_something(&self) -> bool {
+        !matches!(self, Self::Nothing | Self::Count(0))
+    }
+}
+
 impl From<&str> for Cell {
     fn from(text: &str) -> Self {
         Self::Text(text.to_owned())
@@ -74,15 +81,10 @@ pub(super) fn some<T>(value: Option<T>, cell: impl FnOnce(T) -> Cell) -> Cell {
     value.map_or(Cell::Nothing, cell)
 }
 
-/// Rates pooled over their rollouts; nothing where there was no rollout.
-pub(super) fn rate(rates: impl Iterator<Item = Rate>) -> Cell {
-    let pooled: Rate = rates.sum();
-    if pooled.rollouts == 0 { Cell::Nothing } else { Cell::Rate(pooled) }
-}
-
-/// The share of things that are so, as a rate.
+/// The share of independent things that are so, as a rate.
 pub(super) fn share(of: impl Iterator<Item = bool>) -> Cell {
-    rate(of.map(Rate::from))
+    let rate: Rate = of.map(Rate::from).sum();
+    if rate.rollouts == 0 { Cell::Nothing } else { Cell::Rate(rate) }
 }
 
 /// The median without an interval.
@@ -107,25 +109,14 @@ pub(super) fn median(values: impl IntoIterator<Item = f64>, seed: u64) -> Cell {
     drawn(values, seed, stats::median)
 }
 
-/// The mean, with a bootstrap interval.
-pub(super) fn mean(values: impl IntoIterator<Item = f64>, seed: u64) -> Cell {
-    drawn(values, seed, stats::mean)
-}
-
-/// The restricted mean over runs. Each is its spending, and whether it used its budget up.
-pub(super) fn spent(of: impl Iterator<Item = (f64, bool)>, seed: u64) -> Cell {
-    some(stats::restricted_mean(&of.collect::<Vec<_>>(), seed), |mean| {
-        Cell::Estimate(mean.estimate, Bound::of(mean.censored == 0, true))
-    })
-}
-
-/// How often each edit was made, in words.
-pub(super) fn made(edits: impl Iterator<Item = Edit>) -> Cell {
-    let mut counts: BTreeMap<Edit, usize> = BTreeMap::new();
-    for edit in edits {
-        *counts.entry(edit).or_default() += 1;
+/// How often each set of edits was made, in words.
+pub(super) fn made(edits: impl Iterator<Item = BTreeSet<Edit>>) -> Cell {
+    let mut counts: BTreeMap<BTreeSet<Edit>, usize> = BTreeMap::new();
+    for edits in edits {
+        *counts.entry(edits).or_default() += 1;
     }
-    let words: Vec<String> = counts.iter().map(|(edit, count)| format!("{edit} {count}")).collect();
+    let name = |edits: &BTreeSet<Edit>| edits.iter().map(|edit| edit.name()).collect::<Vec<_>>().join("+");
+    let words: Vec<String> = counts.iter().map(|(edits, count)| format!("{} {count}", name(edits))).collect();
     if words.is_empty() { Cell::Nothing } else { Cell::Text(words.join(", ")) }
 }
 
@@ -138,7 +129,7 @@ pub(super) enum Shape {
     Count,
     /// A number with this many decimals in Markdown.
     Number(usize),
-    /// k of n, with the Wilson 95 % interval.
+    /// k of n independent things, with the Wilson 95 % interval.
     Rate,
     /// A number with its 95 % interval, and this many decimals in Markdown.
     Estimate(usize),

@@ -1,6 +1,8 @@
-//! Whether a table that was made anew is the published one, all but its times.
+//! Whether a table that was made anew is the published one, all but its times and the revision that made it.
 
-/// Whether two texts of one file differ in anything but the columns that hold the clock.
+use super::heading;
+
+/// Whether two texts of one file differ in anything but the columns that hold the clock and the revision.
 pub fn differs(file: &str, one: &str, other: &str) -> bool {
     let without_times = if file.ends_with(".csv") { csv_without_times } else { markdown_without_times };
     without_times(one) != without_times(other)
@@ -30,7 +32,7 @@ fn markdown_without_times(text: &str) -> Vec<Vec<String>> {
     let line = |line: &str| {
         let Some(row) = line.strip_prefix("| ").and_then(|row| row.strip_suffix(" |")) else {
             columns = None;
-            return vec![line.to_owned()];
+            return vec![heading::without_revision(line)];
         };
         let fields: Vec<&str> = row.split(" | ").collect();
         let columns = columns.get_or_insert_with(|| exact(fields.iter().copied(), " (wall)"));
@@ -43,8 +45,7 @@ fn markdown_without_times(text: &str) -> Vec<Vec<String>> {
 mod tests {
     use super::*;
 
-    const MARKDOWN: &str =
-        "## T\n\n| method | reached | ms (wall) |\n| --- | ---: | ---: |\n| situ | 1/2 | 3.0 |\n\n| fits |\n| 7 |\n";
+    const MARKDOWN: &str = "## T\n\nProtocol: `a`. Revision: `b`. Records: 2.\n\n| method | reached | ms (wall) |\n| --- | ---: | ---: |\n| situ | 1/2 | 3.0 |\n\n| fits |\n| 7 |\n";
     const CSV: &str = "method,reached,ms_wall,ms_low_wall\nsitu,1,3.0,2.0\n";
 
     #[test]
@@ -58,6 +59,8 @@ mod tests {
             let last_line = text.trim_end().rfind('\n').unwrap();
             assert!(differs(file, text, &text[..last_line]), "{file}: a line less");
         }
+        assert!(!differs("t.md", MARKDOWN, &MARKDOWN.replace("`b`", "`c`, changed (sources `d`)")), "the revision");
+        assert!(differs("t.md", MARKDOWN, &MARKDOWN.replace("`a`", "`c`")), "the protocol");
         assert!(differs("t.md", MARKDOWN, &MARKDOWN.replace("| 7 |", "| 8 |")), "the second table of a file");
         assert!(differs("t.csv", CSV, &CSV.replace("_wall", "")), "a clock that is no longer called one");
     }

@@ -1,7 +1,9 @@
 //! T4: what the corrections of runs in physics cost, in exact counters and in time.
 
-use super::column::{Columns, MILLISECONDS_PER_SECOND, Shape, median, medians, middle};
+use super::column::{Bound, Columns, MILLISECONDS_PER_SECOND, Shape, medians, middle};
 use super::growth;
+use super::measure::{cell, median};
+use super::pooled::pooled_ratio;
 use super::rows::{self, MethodKey, method_columns, method_key, rows};
 use super::table::{Publication, Table, Title};
 use crate::ledger::Canonical;
@@ -27,7 +29,10 @@ const TITLE: Title = Title {
     text: "T4 update cost in physics",
     note: "Corrections in physics, over all tasks, teachers and seeds whose run counts: |Z| applicable primitives and \
         |T| primitives at each local update (a full retraining has none), median exact work of a correction, and its \
-        time. Medians of |Z|/|T| and of the time have 95 % bootstrap intervals.",
+        time. `held` are the segments whose skill, as the teacher calls it, some primitive held; `A1.6 right` is the \
+        share of them in which the applicable primitives, the index of line A1.6 alone, had such a one among them. \
+        Medians of |Z|/|T| and of the time, and that share, have two 95 % bootstrap intervals: by units (family × \
+        seed) and by variations.",
 };
 
 type Row<'a> = rows::Row<MethodKey<'a>, &'a RunRecord>;
@@ -41,23 +46,40 @@ fn steps(row: &Row, of: fn(&StepSummary) -> u32) -> Vec<f64> {
     corrections(row).flat_map(|correction| &correction.steps).map(|step| f64::from(of(step))).collect()
 }
 
+/// Something of each local update, with its run.
+fn of_steps<'a, T>(row: &Row<'a>, of: impl Fn(&'a StepSummary) -> Option<T>) -> Vec<(&'a RunRecord, T)> {
+    let steps = row
+        .of
+        .iter()
+        .flat_map(|run| run.corrections.iter().flat_map(|correction| &correction.steps).map(move |step| (*run, step)));
+    steps.filter_map(|(run, step)| Some((run, of(step)?))).collect()
+}
+
 fn columns<'a>() -> Columns<'a, Row<'a>> {
     let columns = method_columns::<Row<'a>>(|row| row.key)
         .count("corrections", |row| corrections(row).count())
         .count("steps", |row| steps(row, |step| step.applicable).len())
         .column("|Z|", Shape::Number(1), |row| middle(steps(row, |step| step.applicable)))
         .column("|T|", Shape::Number(1), |row| middle(steps(row, |step| step.model_size)))
-        .column("|Z|/|T|", Shape::Estimate(2), |row| {
-            let (z, t) = (steps(row, |step| step.applicable), steps(row, |step| step.model_size));
+        .column("|Z|/|T|", Shape::Pooled(2), |row| {
             // A step in a model without primitives has no ratio.
-            median(z.iter().zip(&t).filter(|(_, t)| **t > 0.0).map(|(z, t)| z / t), row.seed("ratio"))
+            let ratio = |step: &StepSummary| {
+                (step.model_size > 0).then(|| f64::from(step.applicable) / f64::from(step.model_size))
+            };
+            median(&of_steps(row, ratio), row.seed("ratio"))
+        })
+        .count("held", |row| of_steps(row, |step| step.retrieved).len())
+        .column("A1.6_right", Shape::Pooled(2), |row| {
+            let found = |step: &StepSummary| Some((f64::from(u8::from(step.retrieved?)), 1.0));
+            cell(pooled_ratio(&of_steps(row, found), row.seed("A1.6")), Bound::Exact)
         });
     medians(columns, |row| corrections(row).map(|correction| correction.counters).collect()).wall(
         "update_ms",
-        Shape::Estimate(3),
+        Shape::Pooled(3),
         |row| {
-            let times = corrections(row).map(|correction| correction.update_seconds * MILLISECONDS_PER_SECOND);
-            median(times, row.seed("time"))
+            let of = row.of.iter().flat_map(|run| run.corrections.iter().map(move |correction| (*run, correction)));
+            let times = of.map(|(run, correction)| (run, correction.update_seconds * MILLISECONDS_PER_SECOND));
+            median(&times.collect::<Vec<_>>(), row.seed("time"))
         },
     )
 }

@@ -1,15 +1,19 @@
 //! T3: which edit was needed and which was made, the confusion matrix of each method with one row for each edit needed;
 //! and how far the structure that it led to is what the teacher meant.
 
+use std::collections::BTreeSet;
+
 use situ::edit::Edit;
 use situ::method::Role;
 use situ::structure::Structure;
 
-use super::column::{Columns, Shape, mean, share};
+use super::column::{Bound, Columns, Shape};
+use super::measure::{cell, mean, of_runs, units, variations};
+use super::pooled::pooled_ratio;
 use super::rows::{self, MethodKey, method_columns, method_key, role, rows};
 use super::table::{Publication, Table, Title};
 use crate::ledger::Canonical;
-use crate::record::{Record, RunRecord};
+use crate::record::{CorrectionRecord, Record, RunRecord};
 
 /// The publication.
 pub(super) const T3: Publication = Publication {
@@ -22,28 +26,36 @@ const TITLE: Title = Title {
     id: "t3",
     text: "T3 edits: needed and made",
     note: "A row is a method and the edit that the variation needs, over all tasks, teachers and seeds whose run \
-        counts. `first` counts the edit that the first correction of each run made, `all` that of every correction; \
-        `right` is the share in which it was the edit needed, with the Wilson 95 % interval. Runs that reached the \
-        target without a correction are counted apart. Teaching from scratch edits nothing and has no row. Node F1 is \
-        over pairs of keyframes, which belong together where the teacher calls both the same; edge F1 is over \
-        transitions from skill to skill; duplicates are nodes that hold a skill which another node holds as well. 1 is \
-        beyond a method that cuts where the object changes and sees one skill where two cubes go into one bin: the \
-        best of those is `oracle_edit`. Means over runs with 95 % bootstrap intervals.",
+        counts. `first` counts the set of edits that the first correction made which shows what changed, `all` that of \
+        every correction; `several` are sets of two or more. `right` is the share in which the set was the edit needed \
+        and nothing else. Runs that reached the target without a correction are counted apart. Teaching from scratch \
+        edits nothing and has no row. Node F1 is over pairs of keyframes, which belong together where the teacher \
+        calls both the same; edge F1 is over transitions from skill to skill; duplicates are nodes that hold a skill \
+        which another node holds as well. 1 is beyond a method that cuts where an object is named and sees one skill \
+        where two cubes go into one bin: the best of those is `oracle_edit`. Means over runs. Two 95 % bootstrap \
+        intervals each: by units (family × seed) and by variations.",
 };
 
 /// Protocol, method, and the edit that the variation needs.
 type Row<'a> = rows::Row<MethodKey<'a>, &'a RunRecord>;
 
-/// Columns of edits made, in the order of [`Edit::ALL`], and of the share that was right.
-type Made = ([&'static str; 4], &'static str, fn(&RunRecord) -> Vec<Edit>);
+/// The corrections of a run that are counted.
+type Counted = fn(&RunRecord) -> Vec<&CorrectionRecord>;
+
+/// Columns of edits made, in the order of [`Edit::ALL`], of several, and of the share that was right.
+type Made = ([&'static str; 4], [&'static str; 2], Counted);
 
 const MADE: [Made; 2] = [
-    (["first_node-addition", "first_edge-addition", "first_node-modification", "first_none"], "first_right", |run| {
-        run.edits_made().take(1).collect()
-    }),
-    (["all_node-addition", "all_edge-addition", "all_node-modification", "all_none"], "all_right", |run| {
-        run.edits_made().collect()
-    }),
+    (
+        ["first_node-addition", "first_edge-addition", "first_node-modification", "first_none"],
+        ["first_several", "first_right"],
+        |run| run.corrections.iter().find(|correction| correction.shows_change).into_iter().collect(),
+    ),
+    (
+        ["all_node-addition", "all_edge-addition", "all_node-modification", "all_none"],
+        ["all_several", "all_right"],
+        |run| run.corrections.iter().collect(),
+    ),
 ];
 
 type Measure = (&'static str, fn(&Structure) -> Option<f64>);
@@ -57,17 +69,35 @@ const STRUCTURE: [Measure; 3] = [
 fn columns<'a>() -> Columns<'a, Row<'a>> {
     let columns = method_columns::<Row<'a>>(|row| row.key)
         .count("runs", |row| row.of.len())
+        .count("units", |row| units(row.of.iter().copied()))
+        .count("variations", |row| variations(row.of.iter().copied()))
         .count("uncorrected", |row| row.of.iter().filter(|run| run.corrections.is_empty()).count());
-    let columns = MADE.into_iter().fold(columns, |columns, (names, right, made)| {
-        let of = move |row: &Row| row.of.iter().flat_map(|run| made(run)).collect::<Vec<_>>();
-        let counts = names.into_iter().zip(Edit::ALL).fold(columns, |columns, (name, edit)| {
-            columns.count(name, move |row| of(row).into_iter().filter(|made| *made == edit).count())
+    let columns = MADE.into_iter().fold(columns, |columns, (names, [several, right], counted)| {
+        let sets = move |row: &Row| {
+            row.of.iter().flat_map(|run| counted(run)).map(CorrectionRecord::edits).collect::<Vec<_>>()
+        };
+        let columns = names.into_iter().zip(Edit::ALL).fold(columns, |columns, (name, edit)| {
+            let only = BTreeSet::from([edit]);
+            columns.count(name, move |row| sets(row).into_iter().filter(|made| *made == only).count())
         });
-        counts.column(right, Shape::Rate, move |row| share(of(row).into_iter().map(|made| made == row.key.2)))
+        columns.count(several, move |row| sets(row).into_iter().filter(|made| made.len() > 1).count()).column(
+            right,
+            Shape::Pooled(2),
+            move |row| {
+                let needed = BTreeSet::from([row.key.2]);
+                let pair = |run| {
+                    let counted = counted(run);
+                    let right = counted.iter().filter(|correction| correction.edits() == needed).count();
+                    (!counted.is_empty()).then_some((right as f64, counted.len() as f64))
+                };
+                let of = of_runs(row.of.iter().copied(), pair);
+                cell(pooled_ratio(&of, row.seed(right)), Bound::Exact)
+            },
+        )
     });
     STRUCTURE.into_iter().fold(columns, |columns, (name, measure)| {
-        columns.column(name, Shape::Estimate(2), move |row| {
-            mean(row.of.iter().filter_map(|run| measure(run.structure.as_ref()?)), row.seed(name))
+        columns.column(name, Shape::Pooled(2), move |row| {
+            mean(row.of.iter().copied(), |run| measure(run.structure.as_ref()?), row.seed(name))
         })
     })
 }

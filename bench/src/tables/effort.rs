@@ -2,11 +2,12 @@
 
 use situ::method::Role;
 
-use super::column::{Columns, Shape, made, rate, share, spent};
+use super::column::{Cell, Columns, Shape, made, share};
+use super::measure::{EFFORT, effort, mean, once, success};
 use super::rows::{CellKey, Compared, compared, role, uncounted};
 use super::table::{Publication, Table, Title};
 use crate::ledger::Canonical;
-use crate::record::{RunRecord, TotalEffort};
+use crate::record::RunRecord;
 
 /// The publication.
 pub(super) const T1: Publication = Publication {
@@ -19,28 +20,20 @@ const TITLE: Title = Title {
     id: "t1",
     text: "T1 effort: what corrections take, against teaching from scratch",
     note: "A row is a cell over its seeds. Runs of a method that cannot make the edit needed (not applicable), \
-        untaught and spoilt runs are counted apart and enter nothing else. Success is pooled over the rollouts of all \
-        seeds, with the Wilson 95 % interval. Demonstrations, keyframes, seconds and metres are what was spent until \
-        the target success rate was first reached or the budget of demonstrations was used up (restricted mean, 95 % \
-        bootstrap interval over seeds); ≥ marks a mean over runs some of which used the budget up. Ratios are to \
-        teaching from scratch, paired by seed; ≥, ≤ and ~ mark censored corrections, censored teaching from scratch, \
-        and both.",
+        untaught and spoilt runs are counted apart and enter nothing else. `before`, `after`, and `once` (at some \
+        time in the rollout) are success from fresh starts, by which nothing was decided. A demonstration is one that \
+        the robot was given, a try one that the teacher performed; lengths are over all tries. A run that did not \
+        reach the target, or whose teacher gave up, counts the budget of demonstrations; ≥ marks a mean with such \
+        runs. Ratios are to teaching from scratch, paired by seed; ≥, ≤ and ~ mark corrections that did not reach the \
+        target, such teaching from scratch, and both. Means with 95 % bootstrap intervals over seeds, from two seeds \
+        on; `reached` with the Wilson 95 % interval. The originals that a correction builds on are charged apart.",
 };
 
 /// The method that others are compared with, and whose demonstrations are whole ones.
 const FROM_SCRATCH: &str = "from_scratch";
 
-type Measure = (&'static str, fn(&TotalEffort) -> f64, usize);
-
-const MEASURES: [Measure; 4] = [
-    ("demonstrations", |effort| f64::from(effort.demonstrations), 1),
-    ("keyframes", |effort| f64::from(effort.keyframes), 1),
-    ("seconds", |effort| effort.seconds, 1),
-    ("metres", |effort| effort.metres, 2),
-];
-
-/// The measures whose ratio to teaching from scratch is shown: number and length, the paper's own.
-const RATIOS: [(&str, usize); 2] = [("demonstrations_ratio", 0), ("keyframes_ratio", 1)];
+/// The measures of [`EFFORT`] whose ratio to teaching from scratch is shown: number and length, the paper's own.
+const RATIOS: [(&str, usize); 2] = [("demonstrations_ratio", 0), ("keyframes_ratio", 2)];
 
 type Row<'a> = Compared<'a, CellKey<'a>>;
 
@@ -54,21 +47,28 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
         .text("method", |row| row.row.key.method.name)
         .count("seeds", |row| row.row.of.len());
     let columns = uncounted(columns)
-        .column("before", Shape::Rate, |row| rate(row.counted.iter().filter_map(|run| run.before)))
-        .column("after", Shape::Rate, |row| rate(row.counted.iter().filter_map(|run| run.after)))
+        .column("before", Shape::Pooled(2), |row| success(row.runs(), |run| run.before, row.row.seed("before")))
+        .column("after", Shape::Pooled(2), |row| success(row.runs(), |run| run.after, row.row.seed("after")))
+        .column("once", Shape::Pooled(2), |row| once(row.runs(), row.row.seed("once")))
         .column("reached", Shape::Rate, |row| share(row.counted.iter().map(|run| run.is_reached())));
-    let columns = MEASURES.into_iter().fold(columns, |columns, (name, measure, digits)| {
-        columns.column(name, Shape::Estimate(digits), move |row| {
-            let of = row.counted.iter().map(|run| (measure(&run.effort), !run.is_reached()));
-            spent(of, row.row.seed(name))
+    let columns = EFFORT.into_iter().fold(columns, |columns, (name, measure, digits)| {
+        columns.column(name, Shape::Pooled(digits), move |row| {
+            if role(row.row.key.method.name) == Role::Control {
+                return Cell::Nothing;
+            }
+            effort(row.runs(), measure, row.row.seed(name))
         })
     });
     let columns = RATIOS.into_iter().fold(columns, |columns, (name, measure)| {
-        columns.column(name, Shape::Estimate(2), move |row| row.ratio(|run| MEASURES[measure].1(&run.effort), name))
+        columns.column(name, Shape::Pooled(2), move |row| row.ratio(EFFORT[measure].1, name))
     });
+    let originals = |run: &RunRecord| Some(f64::from(run.original.demonstrations));
     columns
-        .text("made_first", |row| made(row.counted.iter().filter_map(|run| run.edits_made().next())))
-        .text("made_in_all", |row| made(row.counted.iter().flat_map(|run| run.edits_made())))
+        .column("originals", Shape::Pooled(1), move |row| mean(row.runs(), originals, row.row.seed("originals")))
+        .text("made_first", |row| made(row.counted.iter().filter_map(|run| run.corrections.first()?.edits().into())))
+        .text("made_in_all", |row| {
+            made(row.counted.iter().flat_map(|run| &run.corrections).map(|correction| correction.edits()))
+        })
 }
 
 fn table(records: &Canonical) -> Table {

@@ -142,7 +142,7 @@ pub(super) fn scaling(records: &Canonical) -> Table {
         .count("nodes", |row| row.row.key.nodes.unwrap_or_default())
         .count("originals", |row| row.row.key.originals.unwrap_or_default())
         .count("automata", |row| row.row.of.len())
-        .text("edit_made", |row| made(row.row.of.iter().map(|cost| cost.edit_made)))
+        .text("edit_made", |row| made(row.row.of.iter().map(|cost| [cost.edit_made].into())))
         .column("|Z|", Shape::Number(1), |row| {
             let applicable = row.row.of.iter().flat_map(|cost| &cost.applicable);
             middle(applicable.map(|z| f64::from(*z)))
@@ -247,7 +247,7 @@ pub(super) fn latency(records: &Canonical) -> Table {
     let columns = words::<Costs>(|row| row.key)
         .count("nodes", |row| row.key.nodes.unwrap_or_default())
         .count("corrections", |row| row.of.len())
-        .text("edit_made", |row| made(row.of.iter().map(|cost| cost.edit_made)))
+        .text("edit_made", |row| made(row.of.iter().map(|cost| [cost.edit_made].into())))
         .column("segments", Shape::Number(0), |row| middle(row.of.iter().map(|cost| segments(cost))))
         .wall("update_ms", Shape::Estimate(2), |row| median(of_corrections(row), row.seed("correction")))
         .wall("update_p99_ms", Shape::Number(2), |row| slowest(&of_corrections(row)))

@@ -1,13 +1,13 @@
 //! Every method beside every edit: success, demonstrations, and what an update costs against SITU's.
 
-use std::collections::BTreeSet;
+use situ::method::Role;
 
-use super::column::{Cell, Columns, MILLISECONDS_PER_SECOND, Shape, median, rate, share, spent};
-use super::rows::{Compared, MethodKey, compared, method_columns, method_key, uncounted};
+use super::column::{Cell, Columns, MILLISECONDS_PER_SECOND, Shape};
+use super::measure::{EFFORT, effort, interquartile_mean, mean, median, of_runs, once, success, units, variations};
+use super::rows::{Compared, MethodKey, compared, method_columns, method_key, role, uncounted};
 use super::table::{Publication, Table, Title};
 use crate::ledger::Canonical;
 use crate::record::RunRecord;
-use crate::stats;
 
 /// The publication.
 pub(super) const METHODS: Publication = Publication {
@@ -21,13 +21,15 @@ const TITLE: Title = Title {
     text: "Methods: every method beside every edit",
     note: "A row is a method and the edit that the variation needs, over all tasks, variations, teachers and seeds. \
         Runs of a method that cannot make the edit (not applicable), untaught and spoilt runs are counted apart and \
-        enter nothing else. `reached` is the share of runs that reached the target within their budget, `after` \
-        success pooled over rollouts; Wilson 95 % intervals. Demonstrations are corrective, or full ones where a \
-        method is taught from scratch, until the target was reached or the budget used up (restricted mean, 95 % \
-        bootstrap interval over runs); ≥ marks a mean over runs some of which used it up. `to_situ` is the ratio of \
-        such means, paired by cell and seed; ≥, ≤ and ~ mark runs of the method, of situ and of both that used their \
-        budget up. The clock: the median over runs of the mean time of an update, and the median of its ratio to that \
-        of situ in the same cell with the same seed, where both were corrected; other runs went on beside it.",
+        enter nothing else. `reached` is the share of runs that reached the target within their budget. `after` and \
+        `once` (at some time in the rollout) are success from fresh starts, by which nothing was decided; IQM is the \
+        interquartile mean over runs; `original` is success on the original task after the last correction. \
+        Demonstrations are corrective, or full ones where a method is taught from scratch; a run that did not reach \
+        the target counts its budget. ≥ marks a mean with such runs; `to situ` is the ratio of such means, paired by \
+        cell and seed; ≥, ≤ and ~ mark runs of the method, of situ and of both that did not reach it. Two 95 % \
+        bootstrap intervals each: by units (family × seed) and by variations. The clock: the median over runs of the \
+        mean time of an update, and the median of its ratio to that of situ in the same cell with the same seed, \
+        where both were corrected; other runs went on beside it.",
 };
 
 /// The method that others are compared with.
@@ -35,46 +37,48 @@ const SITU: &str = "situ";
 
 type Row<'a> = Compared<'a, MethodKey<'a>>;
 
-/// The number of tasks, variations and teachers.
-fn cells(row: &Row) -> usize {
-    let keys = row.row.of.iter().map(|run| &run.key);
-    keys.map(|key| (&key.task, &key.variation, &key.teacher)).collect::<BTreeSet<_>>().len()
-}
-
 /// The ratio of the time of an update to that of `situ`.
 fn time_to_situ(row: &Row) -> Cell {
-    let ratios = row.pairs.iter().filter_map(|(run, situ)| Some(update_seconds(run)? / update_seconds(situ)?));
-    median(ratios.filter(|ratio| ratio.is_finite()), row.row.seed("time ratio"))
+    let ratio = |(run, situ): &(&RunRecord, &RunRecord)| Some(run.update_seconds()? / situ.update_seconds()?);
+    let ratios = row.pairs.iter().filter_map(|pair| Some((pair.0, ratio(pair).filter(|ratio| ratio.is_finite())?)));
+    median(&ratios.collect::<Vec<_>>(), row.row.seed("time ratio"))
+}
+
+/// The mean of a measure of effort; nothing for a control, which is taught nothing.
+fn taught(row: &Row, index: usize) -> Cell {
+    if role(row.row.key.1.name) == Role::Control {
+        return Cell::Nothing;
+    }
+    let (name, measure, _) = EFFORT[index];
+    effort(row.runs(), measure, row.row.seed(name))
 }
 
 fn columns<'a>() -> Columns<'a, Row<'a>> {
-    let columns = method_columns::<Row<'a>>(|row| row.row.key).count("cells", cells);
-    uncounted(columns.count("runs", |row| row.row.of.len()))
-        .column("reached", Shape::Rate, |row| share(row.counted.iter().map(|run| run.is_reached())))
-        .column("after", Shape::Rate, |row| rate(row.counted.iter().filter_map(|run| run.after)))
-        .column("demonstrations", Shape::Estimate(2), |row| {
-            let of = row.counted.iter().map(|run| (demonstrations(run), !run.is_reached()));
-            spent(of, row.row.seed("demonstrations"))
+    let columns = method_columns::<Row<'a>>(|row| row.row.key)
+        .count("runs", |row| row.row.of.len())
+        .count("units", |row| units(row.row.of.iter().copied()))
+        .count("variations", |row| variations(row.row.of.iter().copied()));
+    let is_reached = |run: &RunRecord| Some(f64::from(u8::from(run.is_reached())));
+    uncounted(columns)
+        .column("reached", Shape::Pooled(2), move |row| mean(row.runs(), is_reached, row.row.seed("reached")))
+        .column("after", Shape::Pooled(2), |row| success(row.runs(), |run| run.after, row.row.seed("after")))
+        .column("once", Shape::Pooled(2), |row| once(row.runs(), row.row.seed("once")))
+        .column("IQM", Shape::Pooled(2), |row| interquartile_mean(row.runs(), row.row.seed("IQM")))
+        .column("original", Shape::Pooled(2), |row| success(row.runs(), |run| run.retained, row.row.seed("original")))
+        .column("demonstrations", Shape::Pooled(2), |row| taught(row, 0))
+        .column("tries", Shape::Pooled(2), |row| taught(row, 1))
+        .column("demonstrations_to_situ", Shape::Pooled(2), |row| {
+            if role(row.row.key.1.name) == Role::Control { Cell::Nothing } else { row.ratio(EFFORT[0].1, "ratio") }
         })
-        .column("demonstrations_to_situ", Shape::Estimate(2), |row| row.ratio(demonstrations, "ratio"))
-        .wall("update_ms", Shape::Estimate(2), |row| {
-            let times = row.counted.iter().filter_map(|run| Some(MILLISECONDS_PER_SECOND * update_seconds(run)?));
-            median(times, row.row.seed("time"))
+        .wall("update_ms", Shape::Pooled(2), |row| {
+            let times = of_runs(row.runs(), |run| Some(MILLISECONDS_PER_SECOND * run.update_seconds()?));
+            median(&times, row.row.seed("time"))
         })
-        .wall("update_to_situ", Shape::Estimate(1), time_to_situ)
+        .wall("update_to_situ", Shape::Pooled(1), time_to_situ)
 }
 
 fn table(records: &Canonical) -> Table {
     let label = |(protocol, method, edit): &MethodKey<'_>| format!("methods/{protocol}/{method}/{edit}");
     let rows = compared(records, method_key, label, SITU, |run| run.key.method != SITU);
     Table::new(TITLE, columns(), &rows, rows.iter().map(|row| (row.row.key.0, row.row.of.len())))
-}
-
-fn demonstrations(run: &RunRecord) -> f64 {
-    f64::from(run.effort.demonstrations)
-}
-
-/// The mean time of an update of a run; nothing of a run without one.
-fn update_seconds(run: &RunRecord) -> Option<f64> {
-    stats::mean(&run.corrections.iter().map(|correction| correction.update_seconds).collect::<Vec<_>>())
 }

@@ -8,11 +8,16 @@
 
 mod column;
 mod comparison;
+mod confidence;
 mod cost;
 mod edits;
 mod effort;
+mod endings;
 mod group;
 mod growth;
+mod heading;
+mod headline;
+mod measure;
 mod methods;
 mod paired;
 mod pooled;
@@ -21,12 +26,15 @@ mod retention;
 mod rows;
 mod separate;
 mod table;
+mod teachers;
 
 pub use comparison::differs;
+pub use heading::Heading;
 pub use table::{Publication, Table};
 
-/// All publications, in order.
-pub const ALL: [&Publication; 8] = [
+/// All publications, in order: those that answer the first questions come first.
+pub const ALL: [&Publication; 12] = [
+    &headline::HEADLINE,
     &questions::QUESTIONS,
     &paired::PAIRED,
     &effort::T1,
@@ -34,7 +42,10 @@ pub const ALL: [&Publication; 8] = [
     &edits::T3,
     &cost::T4,
     &retention::T5,
+    &teachers::T6,
+    &confidence::T7,
     &methods::METHODS,
+    &endings::ENDINGS,
 ];
 
 /// The publication of a protocol of update cost alone.

@@ -2,13 +2,16 @@
 
 use std::collections::BTreeMap;
 
+use situ::method::Role;
+
 use super::column::{Bound, Cell, Columns, Shape, some};
-use super::pooled::{Pooled, pooled, unit_means};
-use super::rows::{MethodName, rows};
+use super::measure::{cell, share, units};
+use super::pooled::{Pooled, pooled_by, pooled_ratio, unit_means, variation};
+use super::rows::{MethodName, role, rows};
 use super::table::{Publication, Table, Title};
 use crate::ledger::Canonical;
-use crate::record::{Rate, Record, RunRecord};
-use crate::stats::paired::{SignFlip, holm, sign_flip};
+use crate::record::{Record, RunRecord};
+use crate::stats::paired::{SignFlip, holm, probability_of_improvement, sign_flip};
 
 /// The publication.
 pub(super) const PAIRED: Publication = Publication {
@@ -25,7 +28,8 @@ const TITLE: Title = Title {
         starts, and demonstrations, where a run that did not reach the target counts the budget. Two 95 % bootstrap \
         intervals each: by units (family × seed) and by variations. p: a two-sided sign-flip test over the means of the \
         units, exact up to 16 of them; `Holm` is corrected over all tests of this table. `least p` is the least that \
-        so many units can give.",
+        so many units can give. `improvement` is the probability that a run of SITU succeeds more often than a run of \
+        the other method on the same variation, ties half, averaged over variations (Agarwal et al. 2021).",
 };
 
 /// The method that is compared.
@@ -36,15 +40,9 @@ type Measure = (&'static str, [&'static str; 3], fn(&RunRecord) -> Option<f64>);
 
 const MEASURES: [Measure; 3] = [
     ("success", ["success", "p_success", "Holm_success"], |run| share(run.after)),
-    ("demonstrations", ["demonstrations", "p_demonstrations", "Holm_demonstrations"], |run| {
-        Some(f64::from(if run.is_reached() { run.effort.demonstrations } else { run.budget }))
-    }),
+    ("demonstrations", ["demonstrations", "p_demonstrations", "Holm_demonstrations"], demonstrations),
     ("original", ["original", "p_original", "Holm_original"], |run| share(run.retained)),
 ];
-
-fn share(rate: Option<Rate>) -> Option<f64> {
-    rate.filter(|rate| rate.rollouts > 0).map(|rate| f64::from(rate.successes) / f64::from(rate.rollouts))
-}
 
 /// Protocol, teacher, and the method that SITU is compared with.
 type Key<'a> = (&'a str, &'a str, MethodName<'a>);
@@ -61,8 +59,15 @@ struct Row<'a> {
     key: Key<'a>,
     runs: usize,
     units: usize,
+    /// The probability that SITU does better.
+    improvement: Cell,
     /// One for each measure.
     tested: Vec<Option<Tested>>,
+}
+
+/// What counts as the demonstrations that a run took; `None` of a control, which is taught nothing.
+fn demonstrations(run: &RunRecord) -> Option<f64> {
+    (role(&run.key.method) != Role::Control).then(|| f64::from(run.charged()))
 }
 
 /// A difference of a measure over pairs, SITU's run first.
@@ -71,7 +76,25 @@ fn tested(of: &[(&RunRecord, &RunRecord)], measure: fn(&RunRecord) -> Option<f64
     let differences: Vec<(&RunRecord, f64)> = differences.collect();
     let weighed: Vec<_> = differences.iter().map(|(run, value)| (*run, (*value, 1.0))).collect();
     let test = sign_flip(&unit_means(&differences), seed)?;
-    Some(Tested { difference: pooled(&weighed, seed)?, test, corrected: test.p })
+    Some(Tested { difference: pooled_ratio(&weighed, seed)?, test, corrected: test.p })
+}
+
+/// The probability that the success of a run of SITU is greater than that of a run of the other method on the same
+/// variation, averaged over variations.
+fn improvement(of: &[(&RunRecord, &RunRecord)], seed: u64) -> Cell {
+    let scored = of.iter().filter_map(|(own, other)| Some((*own, (*own, share(own.after)?, share(other.after)?))));
+    let scored: Vec<_> = scored.collect();
+    let probability = |scores: &mut dyn Iterator<Item = &(&RunRecord, f64, f64)>| {
+        let mut tasks: BTreeMap<_, (Vec<f64>, Vec<f64>)> = BTreeMap::new();
+        for (run, own, other) in scores {
+            let of = tasks.entry(variation(run)).or_default();
+            of.0.push(*own);
+            of.1.push(*other);
+        }
+        let tasks: Vec<(&[f64], &[f64])> = tasks.values().map(|(own, other)| (&**own, &**other)).collect();
+        probability_of_improvement(&tasks)
+    };
+    cell(pooled_by(&scored, seed, probability), Bound::Exact)
 }
 
 fn columns<'a>() -> Columns<'a, Row<'a>> {
@@ -81,6 +104,7 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
         .text("other", |row| row.key.2.name)
         .count("runs", |row| row.runs)
         .count("units", |row| row.units)
+        .column("improvement", Shape::Pooled(2), |row| row.improvement.clone())
         .column("least_p", Shape::Number(4), |row| {
             some(row.tested.iter().flatten().next(), |tested| Cell::Number(tested.test.least))
         });
@@ -96,10 +120,7 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
 }
 
 fn table(records: &Canonical) -> Table {
-    let runs = || {
-        let runs = records.iter().filter_map(Record::single_run).filter(|run| run.outcome.counts());
-        runs.filter(|run| run.key.edit != situ::edit::Edit::None)
-    };
+    let runs = || records.iter().filter_map(Record::single_run).filter(|run| run.counts_for_an_edit());
     let place = |run: &RunRecord| {
         let key = &run.key;
         (key.protocol.clone(), key.task.clone(), key.variation.clone(), key.teacher.clone(), key.seed)
@@ -115,9 +136,9 @@ fn table(records: &Canonical) -> Table {
     let mut table: Vec<Row> = Vec::new();
     for row in rows(pairs, label) {
         let tested = MEASURES.iter().map(|(name, _, measure)| tested(&row.of, *measure, row.seed(name))).collect();
-        let unit = |(run, _): &(&RunRecord, &RunRecord)| (run.key.task.clone(), run.key.seed);
-        let units = row.of.iter().map(unit).collect::<std::collections::BTreeSet<_>>().len();
-        table.push(Row { key: row.key, runs: row.of.len(), units, tested });
+        let units = units(row.of.iter().map(|pair| pair.0));
+        let improvement = improvement(&row.of, row.seed("improvement"));
+        table.push(Row { key: row.key, runs: row.of.len(), units, improvement, tested });
     }
     let mut tests: Vec<&mut Tested> = table.iter_mut().flat_map(|row| row.tested.iter_mut().flatten()).collect();
     let corrected = holm(&tests.iter().map(|tested| tested.test.p).collect::<Vec<_>>());

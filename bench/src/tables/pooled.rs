@@ -1,26 +1,30 @@
-//! Means over runs of many tasks, with an interval by units and one by variations.
+//! Statistics over runs of many tasks, with an interval by units and one by variations.
 //!
 //! Runs of one family and seed share the originals, so they are one *unit*; runs of one variation share the task. An
-//! interval over runs would take them for independent. The interval by units draws units within each family; where a
-//! family has one unit alone, units of all families are drawn together. The one by variations draws variations.
+//! interval over runs, or over their rollouts, would take them for independent. The interval by units draws units
+//! within each family; where a family has one unit alone, units of all families are drawn together. The one by
+//! variations draws variations. Where there is one unit alone, or one variation, there is no such interval.
 
 use std::collections::BTreeMap;
 
 use crate::record::RunRecord;
 use crate::stats;
 
-/// A ratio of sums over runs, and its two 95 % intervals.
+/// A statistic over runs, and its two 95 % intervals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Pooled {
     pub(super) value: f64,
     /// By units: low and high.
-    pub(super) units: (f64, f64),
+    pub(super) units: Option<(f64, f64)>,
     /// By variations: low and high.
-    pub(super) variations: (f64, f64),
+    pub(super) variations: Option<(f64, f64)>,
 }
 
+/// Things of runs, each with its run.
+pub(super) type OfRuns<'a, T> = [(&'a RunRecord, T)];
+
 /// The runs that are drawn together, by their places in a list.
-fn clusters<K: Ord>(of: &[(&RunRecord, (f64, f64))], key: impl Fn(&RunRecord) -> K) -> BTreeMap<K, Vec<usize>> {
+fn clusters<K: Ord, T>(of: &OfRuns<'_, T>, key: impl Fn(&RunRecord) -> K) -> BTreeMap<K, Vec<usize>> {
     let mut clusters: BTreeMap<K, Vec<usize>> = BTreeMap::new();
     for (place, (run, _)) in of.iter().enumerate() {
         clusters.entry(key(run)).or_default().push(place);
@@ -28,13 +32,33 @@ fn clusters<K: Ord>(of: &[(&RunRecord, (f64, f64))], key: impl Fn(&RunRecord) ->
     clusters
 }
 
-/// The sum of the first numbers over that of the second; each run has one of each. `None` where there is no run, or the
-/// second numbers sum to 0.
-pub(super) fn pooled(of: &[(&RunRecord, (f64, f64))], seed: u64) -> Option<Pooled> {
-    let ratio = |clusters: &[Vec<usize>], drawn: &[usize]| {
-        let places = || drawn.iter().flat_map(|cluster| &clusters[*cluster]);
-        let below: f64 = places().map(|place| of[*place].1.1).sum();
-        (below > 0.0).then(|| places().map(|place| of[*place].1.0).sum::<f64>() / below)
+/// The unit of a run.
+pub(super) fn unit(run: &RunRecord) -> (&str, u64) {
+    (&run.key.task, run.key.seed)
+}
+
+/// The variation of a run.
+pub(super) fn variation(run: &RunRecord) -> (&str, &str) {
+    (&run.key.task, &run.key.variation)
+}
+
+/// A statistic of things of runs. `None` where it is `None` of all of them; a resample of which it is `None` is left
+/// out.
+pub(super) fn pooled_by<T>(
+    of: &OfRuns<'_, T>,
+    seed: u64,
+    statistic: impl Fn(&mut dyn Iterator<Item = &T>) -> Option<f64>,
+) -> Option<Pooled> {
+    let value = statistic(&mut of.iter().map(|(_, thing)| thing))?;
+    let interval = |strata: &[usize], clusters: Vec<Vec<usize>>| {
+        if clusters.len() < 2 {
+            return None;
+        }
+        let of = |drawn: &[usize]| {
+            let places = drawn.iter().flat_map(|cluster| &clusters[*cluster]);
+            statistic(&mut places.map(|place| &of[*place].1))
+        };
+        stats::bootstrap_within(strata, seed, of).map(|estimate| (estimate.low, estimate.high))
     };
     let units = clusters(of, |run| (run.key.task.clone(), run.key.seed));
     let mut families: BTreeMap<&str, usize> = BTreeMap::new();
@@ -45,24 +69,28 @@ pub(super) fn pooled(of: &[(&RunRecord, (f64, f64))], seed: u64) -> Option<Poole
     if strata.contains(&1) {
         strata = vec![units.len()];
     }
-    let units: Vec<Vec<usize>> = units.into_values().collect();
-    let by_units = stats::bootstrap_within(&strata, seed, |drawn| ratio(&units, drawn))?;
     let variations = clusters(of, |run| (run.key.task.clone(), run.key.variation.clone()));
-    let variations: Vec<Vec<usize>> = variations.into_values().collect();
-    let by_variations = stats::bootstrap(variations.len(), seed, |drawn| ratio(&variations, drawn))?;
+    let count = variations.len();
     Some(Pooled {
-        value: by_units.value,
-        units: (by_units.low, by_units.high),
-        variations: (by_variations.low, by_variations.high),
+        value,
+        units: interval(&strata, units.into_values().collect()),
+        variations: interval(&[count], variations.into_values().collect()),
+    })
+}
+
+/// The sum of the first numbers over that of the second; each run has one of each. `None` where there is no run, or the
+/// second numbers sum to 0.
+pub(super) fn pooled_ratio(of: &OfRuns<'_, (f64, f64)>, seed: u64) -> Option<Pooled> {
+    pooled_by(of, seed, |pairs| {
+        let (above, below) = pairs.fold((0.0, 0.0), |sum, pair| (sum.0 + pair.0, sum.1 + pair.1));
+        (below > 0.0).then(|| above / below)
     })
 }
 
 /// The means of a quantity over the units of these runs, in order: what a paired test is over.
-pub(super) fn unit_means(of: &[(&RunRecord, f64)]) -> Vec<f64> {
-    let numbers: Vec<(&RunRecord, (f64, f64))> = of.iter().map(|(run, value)| (*run, (*value, 1.0))).collect();
-    let units = clusters(&numbers, |run| (run.key.task.clone(), run.key.seed));
+pub(super) fn unit_means(of: &OfRuns<'_, f64>) -> Vec<f64> {
     let mean = |places: Vec<usize>| stats::mean(&places.iter().map(|place| of[*place].1).collect::<Vec<_>>());
-    units.into_values().filter_map(mean).collect()
+    clusters(of, |run| (run.key.task.clone(), run.key.seed)).into_values().filter_map(mean).collect()
 }
 
 #[cfg(test)]
@@ -83,10 +111,12 @@ mod tests {
         let runs: Vec<RunRecord> =
             (0..2).flat_map(|seed| (0..10).map(move |k| run("pour", &format!("v{k}"), seed))).collect();
         let of: Vec<_> = runs.iter().map(|run| (run, (run.key.seed as f64, 1.0))).collect();
-        let found = pooled(&of, 1).unwrap();
-        assert_eq!((found.value, found.units), (0.5, (0.0, 1.0)), "two units that differ");
-        assert_eq!(found.variations, (0.5, 0.5), "variations that do not");
-        assert_eq!(pooled(&[], 1), None);
+        let found = pooled_ratio(&of, 1).unwrap();
+        assert_eq!((found.value, found.units), (0.5, Some((0.0, 1.0))), "two units that differ");
+        assert_eq!(found.variations, Some((0.5, 0.5)), "variations that do not");
+        assert_eq!(pooled_ratio(&[], 1), None);
+        let alone = pooled_ratio(&of[..1], 1).unwrap();
+        assert_eq!((alone.value, alone.units, alone.variations), (0.0, None, None), "one unit has no spread");
     }
 
     /// Families are strata: that one is harder than another is no spread, as soon as each has two units.
@@ -96,11 +126,11 @@ mod tests {
             ["pour", "stack"].iter().flat_map(|task| (0..3).map(move |seed| run(task, "v", seed))).collect();
         let of = |runs: &[RunRecord]| {
             let of: Vec<_> = runs.iter().map(|run| (run, (f64::from(run.key.task == "pour"), 1.0))).collect();
-            pooled(&of, 1).unwrap()
+            pooled_ratio(&of, 1).unwrap()
         };
-        assert_eq!(of(&runs).units, (0.5, 0.5));
+        assert_eq!(of(&runs).units, Some((0.5, 0.5)));
         let one_each = of(&[run("pour", "v", 0), run("stack", "v", 0)]);
-        assert_eq!(one_each.units, (0.0, 1.0), "with one unit each, all are drawn together");
+        assert_eq!(one_each.units, Some((0.0, 1.0)), "with one unit each, all are drawn together");
     }
 
     #[test]

@@ -1,17 +1,17 @@
 //! The paper's two questions, one table each: to correct against to teach from scratch, and successive corrections
 //! against all demonstrations at once.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use situ::method::Role;
 
-use super::column::{Bound, Cell, Columns, Shape, some};
+use super::column::{Cell, Columns, Shape};
 use super::group::Group;
-use super::pooled::pooled;
+use super::measure::{EFFORT, Measure, difference, effort_ratio, share, units, variations};
 use super::rows::{self, MethodName, role, rows};
-use super::table::{Publication, Table, Title};
+use super::table::{self, Publication, Table, Title};
 use crate::ledger::Canonical;
-use crate::record::{Rate, Record, RunRecord};
+use crate::record::{Pooled, Rate, Record, RunRecord};
 
 /// The publication.
 pub(super) const QUESTIONS: Publication = Publication {
@@ -56,82 +56,101 @@ fn label(table: &'static str) -> impl Fn(&Key<'_>) -> String {
 
 /// A column for each part of the key, and for how much there is.
 fn key_columns<'a>() -> Columns<'a, Row<'a>> {
-    let count = |row: &Row<'a>, of: fn(&RunRecord) -> (&str, &str, u64)| {
-        row.of.iter().map(|(run, _)| of(run)).collect::<BTreeSet<_>>().len()
-    };
     Columns::<Row<'a>>::new()
         .text("protocol", |row| row.key.0)
         .text("teacher", |row| row.key.1)
         .text("method", |row| row.key.2.name)
         .text("edit_needed", |row| row.key.3.name())
         .count("runs", |row| row.of.len())
-        .count("units", move |row| count(row, |run| (&run.key.task, "", run.key.seed)))
-        .count("variations", move |row| count(row, |run| (&run.key.task, &run.key.variation, 0)))
+        .count("units", |row| units(row.of.iter().map(|pair| pair.0)))
+        .count("variations", |row| variations(row.of.iter().map(|pair| pair.0)))
 }
 
-/// What is counted of a run.
-type Measure = (&'static str, fn(&RunRecord) -> f64);
+/// The method of which a sentence is said, and the groups.
+const SAID: (&str, [Group; 2]) = ("situ", [Group::All, Group::ButSelfLoops]);
 
-const MEASURES: [Measure; 5] = [
-    ("demonstrations", |run| f64::from(if run.is_reached() { run.effort.demonstrations } else { run.budget })),
-    ("tries", |run| f64::from(run.effort.tries)),
-    ("keyframes", |run| f64::from(run.effort.keyframes)),
-    ("seconds", |run| run.effort.seconds),
-    ("metres", |run| run.effort.metres),
-];
-
-/// A pooled ratio of sums as a cell.
-fn cell(of: &[(&RunRecord, (f64, f64))], bound: Bound, seed: u64) -> Cell {
-    some(pooled(of, seed), |pooled| Cell::Pooled(pooled, bound))
+/// The rows of which a sentence is said, and how each begins.
+fn said<'r, 'a>(rows: &'r [Row<'a>]) -> impl Iterator<Item = (&'r Row<'a>, String)> {
+    let is_said = |row: &&Row| row.key.2.name == SAID.0 && SAID.1.contains(&row.key.3);
+    rows.iter().filter(is_said).map(|row| {
+        let (runs, first) = (row.of.len(), || row.of.iter().map(|pair| pair.0));
+        let beginning = format!(
+            "`{}`, {}, {} ({runs} runs, {} units, {} variations)",
+            row.key.2,
+            row.key.1,
+            if row.key.3 == Group::All { "every edit" } else { row.key.3.name() },
+            units(first()),
+            variations(first()),
+        );
+        (row, beginning)
+    })
 }
 
-fn share(rate: Option<Rate>) -> Option<f64> {
-    rate.filter(|rate| rate.rollouts > 0).map(|rate| f64::from(rate.successes) / f64::from(rate.rollouts))
+/// A pooled cell in words.
+fn words(cell: Cell, digits: usize) -> String {
+    table::markdown(Shape::Pooled(digits), &cell)
 }
 
-/// The mean of a difference over the runs that have one.
-fn difference<'a>(of: impl Iterator<Item = (&'a RunRecord, Option<f64>, Option<f64>)>, seed: u64) -> Cell {
-    let of: Vec<_> = of.filter_map(|(run, own, other)| Some((run, (own? - other?, 1.0)))).collect();
-    cell(&of, Bound::Exact, seed)
+fn ratio(row: &Row, (name, measure, _): Measure) -> Cell {
+    effort_ratio(&row.of, measure, row.seed(name))
+}
+
+/// The difference of the success rates, corrected less from scratch.
+fn gain(row: &Row) -> Cell {
+    difference(row.of.iter().map(|(own, other)| (*own, share(own.after), share(other.after))), row.seed("success"))
+}
+
+/// The difference of a success rate, separate less joint.
+fn separate_gain(row: &Row, own: fn(&RunRecord) -> Option<Rate>, joint: fn(&Pooled) -> Rate, name: &str) -> Cell {
+    let joint = |run: &RunRecord| share(run.pooled.as_ref().map(joint));
+    difference(row.of.iter().map(|(run, _)| (*run, share(own(run)), joint(run))), row.seed(name))
 }
 
 fn scratch(records: &Canonical) -> Table {
     let runs = || records.iter().filter_map(Record::single_run).filter(|run| run.outcome.counts());
-    let place =
-        |run: &'_ RunRecord| (run.key.task.clone(), run.key.variation.clone(), run.key.teacher.clone(), run.key.seed);
+    let place = |run: &RunRecord| {
+        let key = &run.key;
+        (key.protocol.clone(), key.task.clone(), key.variation.clone(), key.teacher.clone(), key.seed)
+    };
     let anew = runs().filter(|run| run.key.method == "from_scratch");
-    let anew: BTreeMap<_, &RunRecord> = anew.map(|run| ((run.key.protocol.clone(), place(run)), run)).collect();
+    let anew: BTreeMap<_, &RunRecord> = anew.map(|run| (place(run), run)).collect();
     let corrected = runs().filter(|run| role(&run.key.method) == Role::Correct);
-    let pairs = corrected.filter_map(|run| Some((run, *anew.get(&(run.key.protocol.clone(), place(run)))?)));
+    let pairs = corrected.filter_map(|run| Some((run, *anew.get(&place(run))?)));
     let rows: Vec<Row> = rows(pairs.flat_map(|pair| keys(pair.0).map(move |key| (key, pair))), label("q1"));
-    let columns = MEASURES.into_iter().fold(key_columns(), |columns, (name, measure)| {
-        columns.column(name, Shape::Pooled(2), move |row: &Row| {
-            let of: Vec<_> = row.of.iter().map(|(own, other)| (*own, (measure(own), measure(other)))).collect();
-            let reached = |of: fn(&(&RunRecord, &RunRecord)) -> bool| row.of.iter().all(of);
-            let bound = Bound::of(reached(|pair| pair.0.is_reached()), reached(|pair| pair.1.is_reached()));
-            cell(&of, bound, row.seed(name))
-        })
+    let columns = EFFORT.into_iter().fold(key_columns(), |columns, measure| {
+        columns.column(measure.0, Shape::Pooled(2), move |row: &Row| ratio(row, measure))
     });
-    let columns = columns.column("success", Shape::Pooled(2), |row: &Row| {
-        difference(row.of.iter().map(|(own, other)| (*own, share(own.after), share(other.after))), row.seed("success"))
-    });
+    let columns = columns.column("success", Shape::Pooled(2), gain);
     let source = rows.iter().map(|row| (row.key.0, if row.key.3 == Group::All { row.of.len() } else { 0 }));
-    Table::new(FROM_SCRATCH, columns, &rows, source)
+    let sentences = said(&rows).map(|(row, beginning)| {
+        format!(
+            "{beginning}: corrections took {} times as many demonstrations and {} times as many keyframes as teaching \
+             from scratch, with a success rate that differs by {}.",
+            words(ratio(row, EFFORT[0]), 2),
+            words(ratio(row, EFFORT[2]), 2),
+            words(gain(row), 2),
+        )
+    });
+    let sentences = sentences.collect();
+    Table::new(FROM_SCRATCH, columns, &rows, source).saying(sentences)
 }
 
 fn joint(records: &Canonical) -> Table {
     let runs = records.iter().filter_map(Record::single_run);
     let runs = runs.filter(|run| run.outcome.counts() && run.pooled.is_some());
     let rows: Vec<Row> = rows(runs.flat_map(|run| keys(run).map(move |key| (key, (run, run)))), label("q2"));
-    let columns = key_columns()
-        .column("success", Shape::Pooled(2), |row: &Row| {
-            let joint = |run: &RunRecord| share(run.pooled.as_ref().map(|pooled| pooled.pooled));
-            difference(row.of.iter().map(|(run, _)| (*run, share(run.after), joint(run))), row.seed("success"))
-        })
-        .column("original", Shape::Pooled(2), |row: &Row| {
-            let joint = |run: &RunRecord| share(run.pooled.as_ref().map(|pooled| pooled.retained));
-            difference(row.of.iter().map(|(run, _)| (*run, share(run.retained), joint(run))), row.seed("original"))
-        });
+    let success = |row: &Row| separate_gain(row, |run| run.after, |joint| joint.pooled, "success");
+    let original = |row: &Row| separate_gain(row, |run| run.retained, |joint| joint.retained, "original");
+    let columns =
+        key_columns().column("success", Shape::Pooled(2), success).column("original", Shape::Pooled(2), original);
     let source = rows.iter().map(|row| (row.key.0, if row.key.3 == Group::All { row.of.len() } else { 0 }));
-    Table::new(SEPARATE, columns, &rows, source)
+    let sentences = said(&rows).map(|(row, beginning)| {
+        format!(
+            "{beginning}: separate less joint is {} in success on the changed task and {} on the original one.",
+            words(success(row), 2),
+            words(original(row), 2),
+        )
+    });
+    let sentences = sentences.collect();
+    Table::new(SEPARATE, columns, &rows, source).saying(sentences)
 }

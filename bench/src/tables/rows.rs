@@ -7,10 +7,10 @@ use situ::edit::Edit;
 use situ::method::{self, Role};
 use situ::random::stream;
 
-use super::column::{Bound, Cell, Columns, some};
+use super::column::{Cell, Columns};
+use super::measure::effort_ratio;
 use crate::ledger::Canonical;
 use crate::record::{Outcome, Record, RunRecord, Stage};
-use crate::stats;
 
 /// A method, in the order in which methods are listed; methods that are not listed follow by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -77,6 +77,13 @@ pub(super) fn method_columns<'a, R: 'a>(key: fn(&R) -> MethodKey<'a>) -> Columns
         .text("edit_needed", move |row| key(row).2.name())
 }
 
+/// Protocol, teacher and method.
+pub(super) type TeacherKey<'a> = (&'a str, &'a str, MethodName<'a>);
+
+pub(super) fn teacher_key(run: &RunRecord) -> TeacherKey<'_> {
+    (&run.key.protocol, &run.key.teacher, MethodName::of(&run.key.method))
+}
+
 /// A cell of the protocol, or a stage of a sequence; those that stand alone come first.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct CellKey<'a> {
@@ -135,24 +142,27 @@ pub(super) fn compared<'a, K: Ord>(
     rows(runs().map(|run| (key(run), run)), label).into_iter().map(compared).collect()
 }
 
-impl<K> Compared<'_, K> {
+impl<'a, K> Compared<'a, K> {
     fn outcomes(&self, is: fn(&Outcome) -> bool) -> usize {
         self.row.of.iter().filter(|run| is(&run.outcome)).count()
     }
 
     /// The ratio of a measure to that of the partners.
-    pub(super) fn ratio(&self, measure: impl Fn(&RunRecord) -> f64, quantity: &str) -> Cell {
-        let pairs: Vec<_> = self.pairs.iter().map(|(own, other)| (measure(own), measure(other))).collect();
-        let own = self.pairs.iter().all(|pair| pair.0.is_reached());
-        let bound = Bound::of(own, self.pairs.iter().all(|pair| pair.1.is_reached()));
-        some(stats::paired_ratio(&pairs, self.row.seed(quantity)), |ratio| Cell::Estimate(ratio, bound))
+    pub(super) fn ratio(&self, measure: fn(&RunRecord) -> f64, quantity: &str) -> Cell {
+        effort_ratio(&self.pairs, measure, self.row.seed(quantity))
+    }
+
+    /// The runs that say something about the method.
+    pub(super) fn runs(&self) -> impl Iterator<Item = &'a RunRecord> {
+        self.counted.iter().copied()
     }
 }
 
-/// And a column for each outcome that says nothing about the method.
+/// And a column for each outcome that says nothing about the method, and for the runs whose teacher gave up.
 pub(super) fn uncounted<'a, K>(columns: Columns<'a, Compared<'a, K>>) -> Columns<'a, Compared<'a, K>> {
     columns
         .count("not_applicable", |row| row.outcomes(|outcome| *outcome == Outcome::NotApplicable))
         .count("untaught", |row| row.outcomes(|outcome| matches!(outcome, Outcome::Untaught { .. })))
         .count("spoilt", |row| row.outcomes(|outcome| matches!(outcome, Outcome::Spoilt { .. })))
+        .count("gave_up", |row| row.outcomes(|outcome| matches!(outcome, Outcome::GaveUp { .. })))
 }

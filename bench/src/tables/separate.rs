@@ -3,7 +3,8 @@
 
 use situ::structure::Structure;
 
-use super::column::{Columns, Shape, mean, rate};
+use super::column::{Columns, Shape};
+use super::measure::{difference, mean, median, of_runs, share, success, units};
 use super::rows::{self, MethodKey, method_columns, method_key, rows};
 use super::table::{Publication, Table, Title};
 use crate::ledger::Canonical;
@@ -21,16 +22,16 @@ const TITLE: Title = Title {
     text: "T2 separate or joint: successive corrections against all demonstrations at once",
     note: "A row is a method and the edit that the variation needs, over all tasks and then for each, of the runs that \
         were corrected at least once. `separate` is the model that the corrections led to; `joint` is what full \
-        retraining (`rebuild`) makes of the same demonstrations, original and corrective. Success on the changed task \
-        is from starts by which nothing was decided; pooled over rollouts, with the Wilson 95 % interval. \
-        `difference` is separate less joint, paired by run; it, nodes and F1 are means over runs with 95 % bootstrap \
-        intervals. What F1 counts is in T3.",
+        retraining without order (`rebuild:no_modify`) makes of the same demonstrations, original and corrective. \
+        Success is from starts by which nothing was decided. `difference` is separate less joint, paired by run. What \
+        F1 counts is in T3; `likelihood` is of a demonstration of the changed task that neither was given, nats per \
+        keyframe, the median over runs. Two 95 % bootstrap intervals each: by units (family × seed) and by variations.",
 };
 
 /// The row of all tasks comes before those of each.
 type Key<'a> = (MethodKey<'a>, Option<&'a str>);
 
-type Row<'a> = rows::Row<Key<'a>, (&'a RunRecord, &'a Pooled)>;
+type Row<'a> = rows::Row<Key<'a>, &'a RunRecord>;
 
 /// A measure of a structure: its name in the seeds of the bootstraps, the heads of its two columns, decimals, and the
 /// measure.
@@ -43,37 +44,59 @@ const MEASURES: [Measure; 3] = [
 ];
 
 fn columns<'a>() -> Columns<'a, Row<'a>> {
-    let share = |rate: Rate| f64::from(rate.successes) / f64::from(rate.rollouts.max(1));
     let columns = method_columns::<Row<'a>>(|row| row.key.0)
         .text("task", |row| row.key.1.unwrap_or("all"))
         .count("runs", |row| row.of.len())
-        .column("separate", Shape::Rate, |row| rate(row.of.iter().filter_map(|(run, _)| run.after)))
-        .column("joint", Shape::Rate, |row| rate(row.of.iter().map(|(_, pooled)| pooled.pooled)))
-        .column("difference", Shape::Estimate(2), move |row| {
-            let differences = row.of.iter().filter_map(|(run, pooled)| Some(share(run.after?) - share(pooled.pooled)));
-            mean(differences, row.seed("difference"))
+        .count("units", |row| units(row.of.iter().copied()))
+        .column("separate", Shape::Pooled(2), |row| success(runs(row), |run| run.after, row.seed("separate")))
+        .column("joint", Shape::Pooled(2), |row| {
+            success(runs(row), |run| joint(run, |of| of.pooled), row.seed("joint"))
         })
-        .column("original_separate", Shape::Rate, |row| rate(row.of.iter().filter_map(|(run, _)| run.retained)))
-        .column("original_joint", Shape::Rate, |row| rate(row.of.iter().map(|(_, pooled)| pooled.retained)));
-    MEASURES.into_iter().fold(columns, |columns, (name, [separate, joint], digits, measure)| {
+        .column("difference", Shape::Pooled(2), move |row| {
+            let of = runs(row).map(|run| (run, share(run.after), share(joint(run, |of| of.pooled))));
+            difference(of, row.seed("difference"))
+        })
+        .column("original_separate", Shape::Pooled(2), |row| {
+            success(runs(row), |run| run.retained, row.seed("original separate"))
+        })
+        .column("original_joint", Shape::Pooled(2), |row| {
+            success(runs(row), |run| joint(run, |of| of.retained), row.seed("original joint"))
+        });
+    let columns = MEASURES.into_iter().fold(columns, |columns, (name, [separate, joint], digits, measure)| {
         columns
-            .column(separate, Shape::Estimate(digits), move |row| {
-                let scores = row.of.iter().filter_map(|(run, _)| measure(run.structure.as_ref()?));
-                mean(scores, row.seed(&format!("{name} separate")))
+            .column(separate, Shape::Pooled(digits), move |row| {
+                mean(runs(row), |run| measure(run.structure.as_ref()?), row.seed(&format!("{name} separate")))
             })
-            .column(joint, Shape::Estimate(digits), move |row| {
-                let scores = row.of.iter().filter_map(|(_, pooled)| measure(pooled.structure.as_ref()?));
-                mean(scores, row.seed(&format!("{name} joint")))
+            .column(joint, Shape::Pooled(digits), move |row| {
+                let of = |run: &RunRecord| measure(run.pooled.as_ref()?.structure.as_ref()?);
+                mean(runs(row), of, row.seed(&format!("{name} joint")))
             })
-    })
+    });
+    columns
+        .column("likelihood_separate", Shape::Pooled(1), |row| {
+            let of = of_runs(runs(row), |run| run.held_out?.per_keyframe());
+            median(&of, row.seed("likelihood separate"))
+        })
+        .column("likelihood_joint", Shape::Pooled(1), |row| {
+            let of = of_runs(runs(row), |run| run.pooled.as_ref()?.held_out?.per_keyframe());
+            median(&of, row.seed("likelihood joint"))
+        })
+}
+
+fn runs<'a>(row: &Row<'a>) -> impl Iterator<Item = &'a RunRecord> {
+    row.of.clone().into_iter()
+}
+
+/// A rate of the joint model.
+fn joint(run: &RunRecord, rate: fn(&Pooled) -> Rate) -> Option<Rate> {
+    run.pooled.as_ref().map(rate)
 }
 
 fn table(records: &Canonical) -> Table {
     let runs = records.iter().filter_map(Record::single_run).filter(|run| run.outcome.counts());
-    let compared = runs.filter_map(|run| Some((run, run.pooled.as_ref()?)));
+    let compared = runs.filter(|run| run.pooled.is_some());
     let label = |((protocol, method, edit), task): &Key<'_>| format!("t2/{protocol}/{method}/{edit}/{task:?}");
-    let places = compared
-        .flat_map(|(run, pooled)| [None, Some(&*run.key.task)].map(|task| ((method_key(run), task), (run, pooled))));
+    let places = compared.flat_map(|run| [None, Some(&*run.key.task)].map(|task| ((method_key(run), task), run)));
     let rows: Vec<Row> = rows(places, label);
     // A run is in two rows, and counts once.
     let source = rows.iter().map(|row| (row.key.0.0, if row.key.1.is_none() { row.of.len() } else { 0 }));

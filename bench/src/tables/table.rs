@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use super::column::{Cell, Columns, Head, Shape};
+use super::heading::Heading;
 use crate::ledger::Canonical;
 use crate::stats;
 
@@ -19,23 +20,33 @@ pub struct Publication {
 }
 
 impl Publication {
-    /// Its tables of these records.
+    /// Its tables of these records, but for those that have no row.
     pub fn tables(&self, records: &Canonical) -> Vec<Table> {
-        (self.tables)(records)
+        (self.tables)(records).into_iter().filter(|table| !table.is_empty()).collect()
     }
 
-    /// Its files of these records, each with its name. `ledgers` are the words that name the records on the command
-    /// line.
-    pub fn files(&self, records: &Canonical, ledgers: &str) -> Vec<(String, String)> {
+    /// Its files of these records, each with its name; none where no table has a row. `heading` says where the records
+    /// are from.
+    pub fn files(&self, records: &Canonical, heading: &Heading) -> Vec<(String, String)> {
         let tables = self.tables(records);
+        if tables.is_empty() {
+            return Vec::new();
+        }
         let csv = tables.iter().map(|table| (format!("{}.csv", table.id()), table.to_csv()));
-        [(format!("{}.md", self.name), self.markdown(&tables, ledgers))].into_iter().chain(csv).collect()
+        [(format!("{}.md", self.name), self.markdown(&tables, heading))].into_iter().chain(csv).collect()
     }
 
-    /// Its Markdown. `ledgers` are the words that name the records on the command line.
-    fn markdown(&self, tables: &[Table], ledgers: &str) -> String {
-        let command = format!("situ-bench tables {ledgers} --table {}", self.name);
-        tables.iter().map(|table| table.to_markdown(&command)).collect::<Vec<_>>().join("\n")
+    /// The names of all files that it can have.
+    pub fn names(&self) -> Vec<String> {
+        let tables = (self.tables)(&Canonical::default());
+        let csv = tables.iter().map(|table| format!("{}.csv", table.id()));
+        [format!("{}.md", self.name)].into_iter().chain(csv).collect()
+    }
+
+    /// Its Markdown.
+    fn markdown(&self, tables: &[Table], heading: &Heading) -> String {
+        let command = format!("situ-bench tables {} --table {}", heading.ledgers, self.name);
+        tables.iter().map(|table| table.to_markdown(heading, &command)).collect::<Vec<_>>().join("\n")
     }
 }
 
@@ -58,6 +69,8 @@ pub struct Table {
     rows: Vec<Vec<Cell>>,
     protocols: BTreeSet<String>,
     records: usize,
+    /// Sentences that say what the rows come to.
+    said: Vec<String>,
 }
 
 /// Decimals of a share.
@@ -79,8 +92,19 @@ impl Table {
             protocols.insert(protocol.to_owned());
             records += count;
         }
-        let heads = columns.0.iter().map(|column| column.head).collect();
-        Self { title, heads, rows: rows.iter().map(cells).collect(), protocols, records }
+        let heads: Vec<Head> = columns.0.iter().map(|column| column.head).collect();
+        let rows: Vec<Vec<Cell>> = rows.iter().map(cells).collect();
+        // A column that says nothing in any row is left out.
+        let says = |index: usize| rows.iter().any(|row: &Vec<Cell>| row[index].says_something());
+        let kept: Vec<usize> = (0..heads.len()).filter(|index| says(*index)).collect();
+        let rows = rows.iter().map(|row| kept.iter().map(|index| row[*index].clone()).collect()).collect();
+        let heads = kept.iter().map(|index| heads[*index]).collect();
+        Self { title, heads, rows, protocols, records, said: Vec::new() }
+    }
+
+    /// The same table with sentences that say what its rows come to.
+    pub(super) fn saying(self, said: Vec<String>) -> Self {
+        Self { said, ..self }
     }
 
     /// The name of its file, without an ending.
@@ -93,14 +117,16 @@ impl Table {
         self.rows.is_empty()
     }
 
-    /// The table in Markdown; `command` makes it again.
-    pub fn to_markdown(&self, command: &str) -> String {
+    /// The table in Markdown, below a heading; `command` makes it again.
+    pub fn to_markdown(&self, heading: &Heading, command: &str) -> String {
         let protocols = self.protocols.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
         let protocols = if protocols.is_empty() { "none".to_owned() } else { protocols };
-        let mut text = format!(
-            "## {}\n\nProtocol: {protocols}. Records: {}. Made by `{command}`; do not edit.\n\n{}\n\n",
-            self.title.text, self.records, self.title.note
-        );
+        let line = heading.line(&protocols, self.records, command);
+        let mut text = format!("## {}\n\n{line}\n\n{}\n\n", self.title.text, self.title.note);
+        self.said.iter().for_each(|sentence| text += &format!("- {sentence}\n"));
+        if !self.said.is_empty() {
+            text.push('\n');
+        }
         let heads = self.heads.iter().map(|head| {
             let name = head.name.replace('_', " ").replace('|', "\\|");
             if head.wall { format!("{name} (wall)") } else { name }
@@ -170,15 +196,17 @@ fn fields(shape: Shape, cell: &Cell) -> Vec<String> {
             vec![number(&estimate.value), number(&estimate.low), number(&estimate.high), bound.mark().to_owned()]
         }
         Cell::Pooled(pooled, bound) => {
-            let ends = [pooled.units.0, pooled.units.1, pooled.variations.0, pooled.variations.1];
-            let numbers = [pooled.value].into_iter().chain(ends).map(|value| number(&value));
-            numbers.chain([bound.mark().to_owned()]).collect()
+            let ends = [pooled.units, pooled.variations].into_iter().flat_map(|interval| {
+                interval.map_or_else(|| [String::new(), String::new()], |(low, high)| [number(&low), number(&high)])
+            });
+            [number(&pooled.value)].into_iter().chain(ends).chain([bound.mark().to_owned()]).collect()
         }
         Cell::Nothing => vec![String::new(); suffixes(shape).len()],
     }
 }
 
-fn markdown(shape: Shape, cell: &Cell) -> String {
+/// A cell as Markdown has it.
+pub(super) fn markdown(shape: Shape, cell: &Cell) -> String {
     let digits = match shape {
         Shape::Number(digits) | Shape::Estimate(digits) | Shape::Pooled(digits) => digits,
         _ => SHARE,
@@ -196,9 +224,9 @@ fn markdown(shape: Shape, cell: &Cell) -> String {
             format!("{}{} [{}, {}]", bound.mark(), number(estimate.value), number(estimate.low), number(estimate.high))
         }
         Cell::Pooled(pooled, bound) => {
-            let interval = |(low, high)| format!("[{}, {}]", fixed(low, digits), fixed(high, digits));
-            let (units, variations) = (interval(pooled.units), interval(pooled.variations));
-            format!("{}{} {units} {variations}", bound.mark(), fixed(pooled.value, digits))
+            let interval = |(low, high)| format!(" [{}, {}]", fixed(low, digits), fixed(high, digits));
+            let intervals: String = [pooled.units, pooled.variations].into_iter().flatten().map(interval).collect();
+            format!("{}{}{intervals}", bound.mark(), fixed(pooled.value, digits))
         }
         Cell::Nothing => "–".to_owned(),
     }

@@ -5,6 +5,8 @@ mod cost;
 mod dependencies;
 mod house;
 mod learn;
+mod provenance;
+mod published;
 mod readme;
 mod run;
 mod show;

@@ -95,13 +95,8 @@ fn the_program_makes_tables_of_measured_costs() {
     let mut names: Vec<_> =
         fs::read_dir(folder.path().join("tables")).unwrap().map(|file| file.unwrap().file_name()).collect();
     names.sort();
-    let t4 = ["t4.md", "t4_crossover.csv", "t4_latency.csv", "t4_physics.csv", "t4_scaling.csv", "t4_slopes.csv"];
-    let expected: Vec<_> = ["methods.csv", "methods.md", "t1.csv", "t1.md", "t2.csv", "t2.md", "t3.csv", "t3.md"]
-        .into_iter()
-        .chain(t4)
-        .chain(["t5.csv", "t5.md"])
-        .collect();
-    assert_eq!(names, expected);
+    // Only the tables that have a row: no run in physics, and one correction of each automaton.
+    assert_eq!(names, ["t4.md", "t4_crossover.csv", "t4_scaling.csv", "t4_slopes.csv"]);
     let scaling = text(&folder.path().join("tables/t4_scaling.csv"));
     assert_eq!(scaling.lines().count(), 1 + 6, "{scaling}");
     // A torn last line is a warning, a bad line an error.

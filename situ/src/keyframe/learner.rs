@@ -13,7 +13,7 @@ use super::hmm::{Hmm, HmmFit, HmmParameters, Observation};
 use super::interpolate::resample;
 use super::logistic;
 use super::parameters::{Activation, Compared, Divergence, KeyframeParameters, Standardisation};
-use super::policy::KeyframePolicy;
+use super::policy::{KeyframePolicy, observations};
 use super::roles::{grouped, in_order, lead, pooled};
 use crate::demonstration::Pose;
 use crate::error::SituError;
@@ -166,11 +166,7 @@ impl Learner for KeyframeLearner {
     fn fit_policy(&self, segments: &[&Segment], counters: &mut Counters) -> Result<KeyframePolicy, SituError> {
         let reference = segments[0].reference.clone();
         counters.segments_touched += segments.len() as u64;
-        let observe = |segment: &&Segment| {
-            let keyframes = segment.keyframes.iter();
-            keyframes.map(|keyframe| Observation { pose: keyframe.pose, gripper: Some(keyframe.gripper) }).collect()
-        };
-        let sequences: Vec<Vec<Observation>> = segments.iter().map(observe).collect();
+        let sequences: Vec<Vec<Observation>> = segments.iter().map(|segment| observations(segment)).collect();
         // Decision D14: as many hidden states as the median number of keyframes.
         let mut lengths: Vec<usize> = sequences.iter().map(Vec::len).collect();
         lengths.sort_unstable();

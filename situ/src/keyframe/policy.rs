@@ -12,7 +12,7 @@ use super::hmm::{Emission, Hmm, Observation};
 use super::pose::{self, Tangent};
 use crate::demonstration::Gripper;
 use crate::random::standard_normal;
-use crate::segment::RelativeKeyframe;
+use crate::segment::{RelativeKeyframe, Segment};
 
 /// A fitted policy `π`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -43,6 +43,12 @@ pub enum Execution {
     Mean,
 }
 
+/// A segment as its policy sees it: poses and gripper commands.
+pub(super) fn observations(segment: &Segment) -> Vec<Observation> {
+    let keyframes = segment.keyframes.iter();
+    keyframes.map(|keyframe| Observation { pose: keyframe.pose, gripper: Some(keyframe.gripper) }).collect()
+}
+
 /// The greatest standard deviation of a sampled position, metres. Above it grasps fail (decision D15).
 const SAMPLED_POSITION: f64 = 0.005;
 /// The greatest standard deviation of a sampled rotation, radians: 2°.
@@ -59,6 +65,12 @@ impl KeyframePolicy {
     /// The model over keyframes.
     pub fn hmm(&self) -> &Hmm {
         &self.hmm
+    }
+
+    /// The log-likelihood of a segment's keyframes, nats; negative infinity where they are impossible. The segment is
+    /// about the policy's reference object.
+    pub fn log_likelihood_of(&self, segment: &Segment) -> f64 {
+        self.hmm.log_likelihood(&observations(segment))
     }
 
     /// The keyframes of one execution, relative to the reference object: one per hidden state, in order.

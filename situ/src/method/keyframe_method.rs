@@ -22,7 +22,7 @@ use crate::keyframe::parameters::{Activation, Compared, Divergence, KeyframePara
 use crate::keyframe::policy::Execution;
 use crate::place::{NodeId, Place};
 use crate::placement::ByPolicy;
-use crate::segment::RelativeKeyframe;
+use crate::segment::{RelativeKeyframe, Segment};
 use crate::segmentation::{by_narration, by_reference_object};
 use crate::state::{Schema, State};
 use crate::task_model::TaskModel;
@@ -303,14 +303,21 @@ struct KeyframeTask {
     update: Update,
 }
 
+impl KeyframeTask {
+    /// A demonstration, cut as the method cuts it.
+    fn segments(&self, demonstration: &Demonstration) -> Vec<Segment> {
+        match self.update {
+            Update::Direct(Rule::Narrated) => by_narration(demonstration),
+            _ => by_reference_object(demonstration),
+        }
+    }
+}
+
 impl Learned for KeyframeTask {
     fn correct(&mut self, correction: Correction<'_>) -> Result<Trace, SituError> {
         let Correction { demonstration, oracle, .. } = correction;
         demonstration.check_features(self.learner.features())?;
-        let segments = match self.update {
-            Update::Direct(Rule::Narrated) => by_narration(demonstration),
-            _ => by_reference_object(demonstration),
-        };
+        let segments = self.segments(demonstration);
         let history = self.model.history(&correction, segments)?;
         self.update.check(self.method, demonstration, oracle)?;
         let Self { model, learner, decisions, .. } = self;
@@ -348,6 +355,16 @@ impl Learned for KeyframeTask {
     ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError> {
         let policy = &self.model.node(node)?.policy;
         Ok((policy.reference().clone(), policy.keyframes(execution, rng)))
+    }
+
+    fn held_out(&self, demonstration: &Demonstration) -> Vec<(usize, Option<f64>)> {
+        let explained = |segment: &Segment| {
+            let nodes = self.model.nodes_of(&segment.reference).filter_map(|id| self.model.node(id).ok());
+            let values = nodes.map(|node| node.policy.log_likelihood_of(segment));
+            values.filter(|value| value.is_finite()).reduce(f64::max)
+        };
+        let segments = self.segments(demonstration);
+        segments.iter().map(|segment| (segment.keyframes.len(), explained(segment))).collect()
     }
 
     fn graph(&self) -> Graph {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use rand_chacha::ChaCha8Rng;
 
 use crate::correction::Correction;
+use crate::demonstration::Demonstration;
 use crate::error::SituError;
 use crate::graph::Graph;
 use crate::keyframe::policy::Execution;
@@ -35,6 +36,14 @@ pub trait Learned: Send + Sync {
         execution: Execution,
         rng: &mut ChaCha8Rng,
     ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError>;
+
+    /// How well the primitives explain a demonstration that was held out: for each of its segments, as the method cuts
+    /// it, the number of keyframes and their greatest log-likelihood under the policy of a primitive about the
+    /// segment's reference object, nats. `None` stands where no primitive is about that object, or none can explain the
+    /// segment at all. A method whose policies are no densities has no segments.
+    fn held_out(&self, _demonstration: &Demonstration) -> Vec<(usize, Option<f64>)> {
+        Vec::new()
+    }
 
     /// The structure.
     fn graph(&self) -> Graph;

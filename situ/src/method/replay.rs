@@ -1,5 +1,5 @@
-//! Full retraining that can modify: all segments are clustered at once, and the corrections are then gone through in the
-//! order in which they were given, so that what was shown later can replace what was shown before.
+//! Full retraining that can modify: all segments are clustered at once, and the corrections are then gone through in
+//! the order in which they were given, so that what was shown later can replace what was shown before.
 //!
 //! `rebuild` differs from `situ` in one thing: which segments are one primitive is decided globally, not among the
 //! primitives that are applicable. Whether a segment shows another way of a primitive is decided by SITU's own rule.

@@ -157,7 +157,7 @@ fn d10_a_skill_in_a_new_state_is_found_by_its_object() {
     // No classifier is activated so far away.
     let far = (2, 0.0, 50.0);
     let (after, steps) = corrected(&model, Some(id(0, 0)), &[far], None, MENDED);
-    assert_eq!((steps[0].applicable, steps[0].matched_in, steps[0].candidates), (0, MatchedIn::Reference, 1));
+    assert_eq!((steps[0].applicable.len(), steps[0].matched_in, steps[0].candidates), (0, MatchedIn::Reference, 1));
     assert_eq!((after.len(), after.node_of(id(1, 0))), (3, model.0.node_of(id(0, 2))), "an edge to C");
     let printed = Decisions { candidates: Candidates::Applicable, ..MENDED };
     let (after, steps) = corrected(&model, Some(id(0, 0)), &[far], None, printed);

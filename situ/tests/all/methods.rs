@@ -13,6 +13,7 @@ use situ::error::SituError;
 use situ::graph::GraphNode;
 use situ::keyframe::parameters::KeyframeParameters;
 use situ::keyframe::policy::Execution;
+use situ::method::keyframe_method;
 use situ::method::rebuild::rebuild;
 use situ::method::{KEYFRAME_AUTOMATON, Learned, Method, Role, all, named};
 use situ::place::{NodeId, Place, SegmentId};
@@ -247,6 +248,38 @@ fn retraining_in_order_modifies_where_situ_does() {
         assert_eq!(corrected(name, &modified).1, [Edit::NodeModification], "{name}");
     }
     assert_ne!(corrected("rebuild:no_modify", &modified).1, [Edit::NodeModification]);
+}
+
+/// What was not given is explained by the primitives that are about its objects, segment by segment, as the method cuts.
+#[test]
+fn a_demonstration_that_was_held_out_is_explained_as_far_as_its_objects_are_known() {
+    let task = task();
+    let held_out = task.originals(4, CAREFUL).pop().unwrap();
+    let stranger = task.correction(Planted::NewNode, 5, CAREFUL, true).demonstration;
+    for method in all().iter().filter(|method| method.role() != Role::FromScratch) {
+        let (name, model) = (method.name(), taught(&**method, &task));
+        let segments = model.held_out(&held_out);
+        if segments.is_empty() {
+            let is_density = keyframe_method::all().iter().any(|known| known.name() == name);
+            assert!(!is_density, "{name} has policies with densities");
+            continue;
+        }
+        let keyframes: usize = segments.iter().map(|(keyframes, _)| keyframes).sum();
+        assert_eq!(keyframes, held_out.keyframes().len(), "{name}: every keyframe is in one segment");
+        assert!(segments.iter().all(|(_, value)| value.is_some_and(f64::is_finite)), "{name}: {segments:?}");
+        let known = model.graph().nodes.iter().map(|node| node.reference.clone()).collect::<BTreeSet<_>>();
+        let parts = by_reference_object(&stranger);
+        let explained = model.held_out(&stranger);
+        assert_eq!(explained.len(), parts.len(), "{name}");
+        for (part, (keyframes, value)) in parts.iter().zip(explained) {
+            assert_eq!(keyframes, part.keyframes.len(), "{name}");
+            assert!(
+                value.is_none() || known.contains(&part.reference),
+                "{name}: nothing is known of {}",
+                part.reference
+            );
+        }
+    }
 }
 
 /// A demonstration knows nothing of its schema; one of another task is refused where it comes in.

@@ -67,8 +67,14 @@ fn a_small_task_by_hand() {
     let joined = graph(&[&[(0, 0)], &[(0, 1), (1, 0)]], &[(START, z(0)), (z(0), z(1)), (z(1), z(1)), (z(1), END)]);
     let agreement = |both, model, truth| Agreement { both, model, truth };
     let score = |graph: &Graph| truth.score(graph).unwrap();
-    let expected =
-        Structure { nodes: 2, edges: 4, duplicates: 0, pairs: agreement(2, 4, 2), transitions: agreement(5, 5, 5) };
+    let expected = Structure {
+        nodes: 2,
+        edges: 4,
+        duplicates: 0,
+        skills: 2,
+        pairs: agreement(2, 4, 2),
+        transitions: agreement(5, 5, 5),
+    };
     assert_eq!(score(&joined), expected);
     assert_eq!(expected.pairs.f1(), Some(4.0 / 6.0));
     // The retry as a node of its own, after which nothing is known to follow but END.
@@ -76,8 +82,14 @@ fn a_small_task_by_hand() {
         &[&[(0, 0)], &[(0, 1)], &[(1, 0)]],
         &[(START, z(0)), (z(0), z(1)), (z(1), z(2)), (z(2), END), (z(1), END)],
     );
-    let expected =
-        Structure { nodes: 3, edges: 5, duplicates: 1, pairs: agreement(1, 3, 2), transitions: agreement(5, 5, 5) };
+    let expected = Structure {
+        nodes: 3,
+        edges: 5,
+        duplicates: 1,
+        skills: 2,
+        pairs: agreement(1, 3, 2),
+        transitions: agreement(5, 5, 5),
+    };
     assert_eq!(score(&split), expected);
     // The model that was never corrected lacks the retry. An edge that nobody showed is wrong, and so is an empty node.
     assert_eq!(score(&taught).transitions, agreement(4, 4, 5));
@@ -162,6 +174,8 @@ proptest! {
         }
         prop_assert_eq!(score.pairs, expected);
         let known: BTreeSet<_> = names.iter().collect();
+        let labelled = held.iter().filter(|held| !held.is_empty()).count();
+        prop_assert_eq!((score.duplicates + score.skills) as usize, labelled);
         prop_assert!(score.duplicates as usize + known.len() >= held.iter().filter(|held| !held.is_empty()).count());
     }
 }

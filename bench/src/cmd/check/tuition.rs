@@ -116,7 +116,7 @@ fn efforts(
             ground.measure(setting, *seed, interrupted, |conditions| {
                 let needs_edit = setting.edit != NeededEdit::None;
                 let correction = if needs_edit { conditions.effort_of_correction(setting)? } else { None };
-                Ok((conditions.effort_of_demonstration(setting)?, correction))
+                Ok((conditions.effort_of_first(setting)?, correction))
             })
         },
     )

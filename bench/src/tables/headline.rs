@@ -1,0 +1,70 @@
+//! The table that comes first: every method, over all changes that need an edit.
+
+use situ::method::Role;
+
+use super::column::{Cell, Columns, MILLISECONDS_PER_SECOND, Shape};
+use super::measure::{EFFORT, effort, median, of_runs, success, units, variations};
+use super::rows::{self, TeacherKey, role, rows, teacher_key};
+use super::table::{Publication, Table, Title};
+use crate::ledger::Canonical;
+use crate::record::{Record, RunRecord};
+
+/// The publication.
+pub(super) const HEADLINE: Publication = Publication {
+    name: "headline",
+    question: "What does each method reach, and what is kept of the original task?",
+    tables: |records| vec![table(records)],
+};
+
+const TITLE: Title = Title {
+    id: "headline",
+    text: "What each method reaches, and what it keeps",
+    note: "A row is a method over all changes that need an edit. `changed` is success on the changed task after the \
+        last demonstration, `original` success on the original task after it, both from fresh starts: no rollout from \
+        them has decided anything. `original before` is success on the original task before the first correction, \
+        from the same starts. Demonstrations: those that the robot was given, the budget where the target was not \
+        reached; ≥ marks a mean with such runs. Two 95 % bootstrap intervals each: by units (family × seed) and by \
+        variations. The clock: the median over runs of the mean time of an update; other runs went on beside it.",
+};
+
+type Row<'a> = rows::Row<TeacherKey<'a>, &'a RunRecord>;
+
+fn columns<'a>() -> Columns<'a, Row<'a>> {
+    let runs = |row: &Row<'a>| row.of.clone();
+    let is_control = |row: &Row| role(row.key.2.name) == Role::Control;
+    let (_, demonstrations, digits) = EFFORT[0];
+    let (_, keyframes, _) = EFFORT[2];
+    Columns::<Row<'a>>::new()
+        .text("protocol", |row| row.key.0)
+        .text("teacher", |row| row.key.1)
+        .text("method", |row| row.key.2.name)
+        .count("runs", |row| row.of.len())
+        .count("units", move |row| units(runs(row)))
+        .count("variations", move |row| variations(runs(row)))
+        .column("changed", Shape::Pooled(2), move |row| success(runs(row), |run| run.after, row.seed("after")))
+        .column("original_before", Shape::Pooled(2), move |row| {
+            if role(row.key.2.name) == Role::FromScratch {
+                return Cell::Nothing;
+            }
+            success(runs(row), |run| run.original_rate, row.seed("before"))
+        })
+        .column("original", Shape::Pooled(2), move |row| success(runs(row), |run| run.retained, row.seed("original")))
+        .column("demonstrations", Shape::Pooled(digits), move |row| {
+            if is_control(row) { Cell::Nothing } else { effort(runs(row), demonstrations, row.seed("demonstrations")) }
+        })
+        .column("keyframes", Shape::Pooled(1), move |row| {
+            if is_control(row) { Cell::Nothing } else { effort(runs(row), keyframes, row.seed("keyframes")) }
+        })
+        .wall("update_ms", Shape::Pooled(2), move |row| {
+            let times = of_runs(runs(row), |run| Some(MILLISECONDS_PER_SECOND * run.update_seconds()?));
+            median(&times, row.seed("time"))
+        })
+}
+
+fn table(records: &Canonical) -> Table {
+    let runs = records.iter().filter_map(Record::single_run);
+    let counted = runs.filter(|run| run.counts_for_an_edit());
+    let label = |(protocol, teacher, method): &TeacherKey<'_>| format!("headline/{protocol}/{teacher}/{method}");
+    let rows: Vec<Row> = rows(counted.map(|run| (teacher_key(run), run)), label);
+    Table::new(TITLE, columns(), &rows, rows.iter().map(|row| (row.key.0, row.of.len())))
+}
