@@ -3,8 +3,8 @@
 //! Two grasps of one thing by one person differ, and the person sees to it that both work. So a grasp is drawn once for
 //! the whole skill, off from the script's in the gripper's frame: all its keyframes are off alike. The teacher sees
 //! which grasp will not hold, or hardly, and takes the thing in another way; small errors, pauses and needless
-//! keyframes are no part of what is foreseen. And the teacher guides the *thing*: as long as it is in the hand, the hand
-//! goes where it brings the thing to the place to which the script's own grasp would have brought it.
+//! keyframes are no part of what is foreseen. And the teacher guides the *thing*: as long as it is in the hand, the
+//! hand goes where it brings the thing to the place to which the script's own grasp would have brought it.
 
 use nalgebra::{Isometry3, Translation3};
 use situ_tasks::{Episode, GripperCommand, KeyframeCommand, Skill};
