@@ -56,3 +56,5 @@ pub mod tables;
 pub mod teaching;
 #[doc = include_str!("../docs/tutorial.md")]
 pub mod tutorial {}
+pub mod tuition;
+pub mod visible;

@@ -10,6 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 pub mod paired;
+pub mod roc;
 pub mod sequence;
 
 /// The 97.5th percentile of the standard normal distribution.

@@ -197,6 +197,11 @@ impl Conditions<'_> {
         Ok(self.demonstrate(setting, 0, Purpose::HoldOut)?.demonstration)
     }
 
+    /// The effort of the first whole demonstration that a robot is given, all tries.
+    pub(crate) fn effort_of_first(&self, setting: &Arc<Setting>) -> Result<TotalEffort, BenchError> {
+        Ok(self.demonstrate(setting, 0, Purpose::Teach)?.effort)
+    }
+
     /// One whole demonstration of the setting. A try that fails is repeated from another start.
     fn demonstrate(&self, setting: &Arc<Setting>, index: u32, purpose: Purpose) -> Result<Tried, BenchError> {
         let mut tried = Tried { demonstration: None, effort: TotalEffort::default() };

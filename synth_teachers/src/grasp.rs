@@ -1,10 +1,10 @@
 //! How a thing is taken, and how what is in the hand is put where it belongs.
 //!
 //! Two grasps of one thing by one person differ, and the person sees to it that both work. So a grasp is drawn once for
-//! the whole skill, off from the script's in the gripper's frame: all its keyframes are off alike. The teacher sees which
-//! grasp will not hold and takes the thing in another way; small errors, pauses and needless keyframes are no part of
-//! what is foreseen. And the teacher guides the *thing*: as long as it is in the hand, the hand goes where it brings the
-//! thing to the place to which the script's own grasp would have brought it.
+//! the whole skill, off from the script's in the gripper's frame: all its keyframes are off alike. The teacher sees
+//! which grasp will not hold, or hardly, and takes the thing in another way; small errors, pauses and needless
+//! keyframes are no part of what is foreseen. And the teacher guides the *thing*: as long as it is in the hand, the
+//! hand goes where it brings the thing to the place to which the script's own grasp would have brought it.
 
 use nalgebra::{Isometry3, Translation3};
 use situ_tasks::{Episode, GripperCommand, KeyframeCommand, Skill};
@@ -13,6 +13,12 @@ use crate::mistakes::Mistakes;
 
 /// Ways to take a thing that a teacher thinks of. One who has found none takes it as the script does.
 const MOST_GRASPS: usize = 20;
+
+/// A teacher does not choose a grasp that would not hold this much further off, in metres.
+const MARGIN: f64 = 0.005;
+
+/// Times that a skill is foreseen which has to be done again by its nature.
+const MOST_TIMES: usize = 3;
 
 /// A thing that lies in the hand turned further than this against the script's grasp, about another axis than the
 /// gripper's, was taken up from another of its sides, in radians. Its turn is let alone.
@@ -26,8 +32,8 @@ pub(crate) struct Hold {
 }
 
 impl Hold {
-    /// The pose of the gripper for this skill in the frame of the gripper that the script would have: to be multiplied to
-    /// the right of every keyframe's pose.
+    /// The pose of the gripper for this skill, in the frame of the gripper that the script would have: to be multiplied
+    /// to the right of every keyframe's pose.
     pub(crate) fn next(&mut self, skill: &Skill, episode: &Episode, mistakes: &mut Mistakes<'_>) -> Isometry3<f64> {
         if !mistakes.varies_grasps() {
             return Isometry3::identity();
@@ -73,17 +79,31 @@ fn stays_closed(skill: &Skill) -> bool {
     matches!(last, Some(GripperCommand::Close(_)))
 }
 
-/// Whether the skill does what it is for if the thing is taken in this way. What somebody else does then is not the
-/// grasp's fault.
+/// Whether the skill does what it is for if the thing is taken in this way, and if it is taken a little further off.
 fn holds(way: &Isometry3<f64>, skill: &Skill, episode: &Episode) -> bool {
-    let Some(frame) = episode.reference_pose(&skill.reference) else { return false };
+    let off = way.translation.vector;
+    let further =
+        off.try_normalize(0.0).map(|along| Isometry3::from_parts((off + along * MARGIN).into(), way.rotation));
+    does(way, skill, episode) && further.is_none_or(|further| does(&further, skill, episode))
+}
+
+/// Whether the skill does what it is for if the thing is taken in this way. One that has to be done again by its nature
+/// is. What somebody else does then is not the grasp's fault.
+fn does(way: &Isometry3<f64>, skill: &Skill, episode: &Episode) -> bool {
     let mut ahead = episode.clone();
-    for (index, keyframe) in skill.keyframes.iter().enumerate() {
-        let target = frame * keyframe.pose * way;
-        if !ahead.perform(&target, keyframe.gripper, keyframe.hold, &mut |_| {}).goes_on() {
-            return false;
+    let times = if episode.setting().repeats(&skill.name) { MOST_TIMES } else { 1 };
+    for _ in 0..times {
+        let Some(frame) = ahead.reference_pose(&skill.reference) else { return false };
+        for (index, keyframe) in skill.keyframes.iter().enumerate() {
+            let target = frame * keyframe.pose * way;
+            if !ahead.perform(&target, keyframe.gripper, keyframe.hold, &mut |_| {}).goes_on() {
+                return false;
+            }
+            ahead.reached_keyframe(&skill.reference, index);
         }
-        ahead.reached_keyframe(&skill.reference, index);
+        if ahead.holds(&skill.until) || ahead.events_fired() > episode.events_fired() {
+            return true;
+        }
     }
-    ahead.holds(&skill.until) || ahead.events_fired() > episode.events_fired() || ahead.setting().repeats(&skill.name)
+    false
 }

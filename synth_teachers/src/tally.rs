@@ -14,9 +14,9 @@ pub struct Count {
 }
 
 impl Count {
-    /// The two-sided exact binomial tail: the probability, at this rate, to be at least as far off as what happened. It
-    /// is twice the smaller tail, at most 1. If it is below α, the observed rate is outside the 1 − α interval about
-    /// the configured one.
+    /// The two-sided exact binomial tail: the probability, at this rate, to be at least as far off as what happened.
+    /// It is twice the smaller tail, at most 1. If it is below α, the observed rate is outside the 1 − α interval
+    /// about the configured one.
     pub fn tails(&self, rate: f64) -> f64 {
         if rate <= 0.0 || rate >= 1.0 {
             let certain = if rate <= 0.0 { 0 } else { self.chances };

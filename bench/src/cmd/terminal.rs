@@ -3,7 +3,8 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use indicatif::ProgressStyle;
+use indicatif::{ProgressBar, ProgressStyle};
+use rayon::prelude::*;
 
 use crate::error::BenchError;
 
@@ -28,4 +29,33 @@ pub(super) fn threads(jobs: Option<u16>) -> Result<rayon::ThreadPool, BenchError
         .num_threads(jobs.map_or(0, usize::from))
         .build()
         .map_err(|error| BenchError::Argument(format!("no threads: {error}")))
+}
+
+/// Does a piece of work for each thing, on so many threads and behind a progress bar that shows the labels. The results
+/// are in the order of the things. The work is told of the flag of the user's interrupt.
+///
+/// # Errors
+/// The error of a piece of work; [`BenchError::Stopped`] where the user wants to stop.
+pub(super) fn each<T: Sync, R: Send>(
+    jobs: Option<u16>,
+    things: &[T],
+    label: impl Fn(&T) -> String + Sync,
+    work: impl Fn(&T, &AtomicBool) -> Result<R, BenchError> + Sync,
+) -> Result<Vec<R>, BenchError> {
+    let interrupted = interrupt_flag();
+    let bar = ProgressBar::new(things.len() as u64).with_style(progress_style());
+    let done = threads(jobs)?.install(|| {
+        let done = things.par_iter().map(|thing| {
+            if interrupted.load(Ordering::Relaxed) {
+                return Err(BenchError::Stopped);
+            }
+            bar.set_message(label(thing));
+            let result = work(thing, &interrupted);
+            bar.inc(1);
+            result
+        });
+        done.collect()
+    });
+    bar.finish_and_clear();
+    done
 }

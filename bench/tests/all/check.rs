@@ -7,17 +7,22 @@ use std::process::{Command, Output};
 /// The tutorial's task: sound, small, and with a variation of each kind but one.
 const TIDY: &str = include_str!("../../examples/tutorial/tasks/tidy.toml");
 
-fn check(folder: &Path, arguments: &[&str]) -> Output {
+fn check(folder: &Path, seeds: &str, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_situ-bench"));
-    command.args(["check", "--tasks"]).arg(folder).args(["--seeds", "2"]).args(arguments).output().unwrap()
+    command.args(["check", "--tasks"]).arg(folder).args(["--seeds", seeds]).args(arguments).output().unwrap()
 }
 
-/// The exit status and the output of `check` for the tutorial's task with one piece replaced.
+/// The exit status and the output of `check` from two seeds for the tutorial's task with one piece replaced.
 fn checked(from: &str, to: &str, arguments: &[&str]) -> (Option<i32>, String) {
+    checked_from("2", from, to, arguments)
+}
+
+/// The same from so many seeds.
+fn checked_from(seeds: &str, from: &str, to: &str, arguments: &[&str]) -> (Option<i32>, String) {
     assert!(TIDY.contains(from), "the file has no `{from}`");
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("tidy.toml"), TIDY.replacen(from, to, 1)).unwrap();
-    let output = check(folder.path(), arguments);
+    let output = check(folder.path(), seeds, arguments);
     let said = String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap();
     (output.status.code(), said)
 }
@@ -56,6 +61,60 @@ fn a_sound_task_has_nothing_wrong() {
     assert!(said.contains("10/10 [") && !said.contains("wrong"), "five settings, two seeds: {said}");
     let (status, said) = checked("name = \"tidy\"", "name = \"tidier\"", &["tidier/bumps"]);
     assert!(status == Some(2) && said.contains("`bumps`") && said.contains("occupied, bump, far"), "{said}");
+}
+
+/// Six seeds are the fewest by which the sign-flip test can say anything.
+#[test]
+fn a_control_must_hold_for_what_was_learned() {
+    let start = "start = { x = [0.22, 0.30], y = [-0.05, 0.05] }";
+    let arguments = ["tidy/far", "--teacher", "expert"];
+    let (status, said) = checked_from("6", start, start, &arguments);
+    assert!(status == Some(0) && said.contains("6/6 [") && said.contains("| tidy/far  |      6 |"), "{said}");
+    assert!(said.contains("0.000 [0.000, 0.000]") && !said.contains("Corrections"), "{said}");
+
+    let bump = "[[variation.event]]\nname = \"bump\"\nafter = { reference = \"carton\", keyframe = 0 }\npush = \"carton\"\n\
+                by = [0.0, 0.10, 0.0]\nseconds = 0.5";
+    let (status, said) = checked_from("6", start, &format!("{start}\n\n{bump}"), &arguments);
+    assert_eq!(status, Some(1), "{said}");
+    assert!(said.contains("wrong: tidy/far: needs no edit, and a learned model succeeds less often"), "{said}");
+    assert!(said.contains("p = 0.031"), "2 of the 64 vectors of signs are as far off: {said}");
+}
+
+#[test]
+fn a_teacher_who_cannot_show_a_task_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("teachers.toml");
+    let wild =
+        "[[profile]]\nname = \"wild\"\nanalysis = \"Reaches far beside everything.\"\ncontact = { position = 0.5 }\n";
+    std::fs::write(&file, wild).unwrap();
+    let arguments = ["tidy/bump", "--teachers", file.to_str().unwrap(), "--teacher", "wild"];
+    let (status, said) = checked(
+        "name = \"tidy\"",
+        "name = \"tidier\"",
+        &["tidier/bump"].iter().chain(&arguments[1..]).copied().collect::<Vec<_>>(),
+    );
+    assert_eq!(status, Some(1), "{said}");
+    for what in ["a whole demonstration", "a correction"] {
+        assert!(said.contains(&format!("wrong: tidier/bump: the teacher gives up {what} in 2 of 2 starts")), "{said}");
+    }
+    let (status, said) = checked("name = \"tidy\"", "name = \"tidier\"", &["--teacher", "wilder"]);
+    assert!(status == Some(2) && said.contains("`wilder`") && said.contains("expert, novice, person"), "{said}");
+}
+
+#[test]
+fn a_change_that_no_feature_shows_is_not_shown() {
+    let row = |said: &str, of: &str| said.lines().find(|line| line.contains(of)).unwrap_or_default().to_owned();
+    let (status, said) = checked_from("12", "name = \"tidy\"", "name = \"tidier\"", &["tidier", "--visible"]);
+    assert_eq!(status, Some(0), "{said}");
+    let (added, retried) = (row(&said, "tidier/occupied"), row(&said, "tidier/bump"));
+    assert!(added.contains("after `start`: `take_away`, not `pick`") && added.contains("`seen(cube)`"), "{said}");
+    assert!(retried.contains("after `pick`: `pick`, not `place`") && retried.contains("|     12 | 1.000 |"), "{said}");
+    assert!([added, retried].iter().all(|row| row.ends_with("yes |")), "{said}");
+    assert!(said.contains("2 of 2 variations") && !said.contains("tidier/far"), "{said}");
+
+    let cube = "    \"seen(cube)\",\n    \"offset(cube, coaster)\",\n    \"offset(gripper, cube)\",\n";
+    let (status, said) = checked_from("12", cube, "", &["tidy/occupied", "--visible"]);
+    assert!(status == Some(0) && row(&said, "tidy/occupied").ends_with(" no |"), "{said}");
 }
 
 /// A mistake in a task file: the text that is replaced, the text in its place, a piece of the line that must be named,

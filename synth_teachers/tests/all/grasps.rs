@@ -74,8 +74,8 @@ fn two_grasps_of_a_person_are_as_far_apart_as_those_of_people() {
     assert!((radians.to_degrees() - PEOPLE.1).abs() < TOLERANCE.1, "{}°", radians.to_degrees());
 }
 
-/// A cube that is taken centimetres from its middle and put by its script's hand, and not by where it is, would not be on
-/// the other one, or centimetres from where it is by the expert.
+/// A cube that is taken centimetres from its middle and put by its script's hand, and not by where it is, would not be
+/// on the other one, or centimetres from where it is by the expert.
 #[test]
 fn what_is_in_the_hand_gets_to_where_it_belongs() {
     let spread = Spread { position: 0.01, rotation: 25.0, freedom: 3 };
