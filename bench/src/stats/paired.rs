@@ -133,8 +133,8 @@ mod tests {
             [(&[1.0, 2.0, 1.0, 2.0], &[1.0, 2.0, 3.0]), (&[2.0, 2.0, 1.0, 1.0], &[1.0, 2.0, 3.0])];
         assert!((probability_of_improvement(&tasks).unwrap() - 1.0 / 3.0).abs() < 1e-12);
         assert_eq!(probability_of_improvement(&[(&[], &[1.0])]), None);
-        let (won, lost): ((&[f64], &[f64]), (&[f64], &[f64])) = ((&[1.0, 1.0], &[0.0, 0.0]), (&[0.0], &[1.0]));
-        let twice = probability_of_improvement(&[won, lost]).unwrap();
+        let [won, lost]: [[&[f64]; 2]; 2] = [[&[1.0, 1.0], &[0.0, 0.0]], [&[0.0], &[1.0]]];
+        let twice = probability_of_improvement(&[(won[0], won[1]), (lost[0], lost[1])]).unwrap();
         assert!((twice - 2.0 / 3.0).abs() < 1e-12, "a task that is drawn twice counts twice");
     }
 

@@ -250,7 +250,7 @@ fn retraining_in_order_modifies_where_situ_does() {
     assert_ne!(corrected("rebuild:no_modify", &modified).1, [Edit::NodeModification]);
 }
 
-/// What was not given is explained by the primitives that are about its objects, segment by segment, as the method cuts.
+/// What was not given is explained by the primitives that are about its objects, segment by segment.
 #[test]
 fn a_demonstration_that_was_held_out_is_explained_as_far_as_its_objects_are_known() {
     let task = task();
