@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use situ::demonstration::Demonstration;
+use situ::edit::Edit;
 use situ::method::{self, Learned, Method, Role};
 use situ_tasks::Setting;
 
@@ -71,7 +72,9 @@ impl Conditions<'_> {
         before: &Uncorrected,
     ) -> Result<RunRecord, BenchError> {
         let mut run = self.begun(setting, self.key(setting, method), task);
-        if !method.edits().contains(&run.key.edit) {
+        // What needs no edit needs no teaching either.
+        let is_idle = method.role() == Role::FromScratch && run.key.edit == Edit::None;
+        if is_idle || !method.edits().contains(&run.key.edit) {
             run.outcome = Outcome::NotApplicable;
             return Ok(run);
         }

@@ -10,7 +10,7 @@ fn root() -> &'static Path {
 #[test]
 fn the_table_is_the_published_one() {
     let readme = fs::read_to_string(root().join("README.md")).unwrap();
-    let file = "results/quick/methods.md";
+    let file = "results/quick/headline.md";
     let begin = format!("<!-- begin {file} -->\n");
     let end = format!("<!-- end {file} -->");
     let start = readme.find(&begin).expect("the README's table begins with its marker") + begin.len();
