@@ -117,7 +117,7 @@ pub fn refit<L: Learner>(
 }
 
 /// The negatives of every place by the rules of Algorithm 2 and the decisions, then every classifier.
-fn retrain_classifiers<L: Learner>(
+pub(super) fn retrain_classifiers<L: Learner>(
     model: &mut TaskModel<L>,
     learner: &L,
     decisions: &Decisions,

@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use super::rebuild::{assemble, refit};
+use super::rebuild::{assemble, retrain_classifiers};
 use crate::decisions::Decisions;
 use crate::demonstration::Kind;
 use crate::error::SituError;
@@ -66,9 +66,9 @@ pub fn replay<L: Learner>(
         counters += update.into_trace().counters;
         clusters.labels = &clusters.labels[count..];
     }
+    // Every policy is an exact fit by now. The negatives were gathered in order, and full retraining knows them all.
     model.forget_negatives();
-    let (model, trace) = refit(model, learner, decisions)?;
-    counters += trace.counters;
+    retrain_classifiers(&mut model, learner, decisions, &mut counters)?;
     Ok((model, Trace { steps: Vec::new(), counters }))
 }
 
