@@ -47,8 +47,13 @@ class Step:
 
 @dataclass(frozen=True)
 class Correction:
-    """A correction and the update that it led to. `edits` is the set of edits made: `none` where nothing changed."""
+    """A correction and the update that it led to. `edits` is the set of edits made: `none` where nothing changed.
 
+    The rollouts of `decided_by` decided whether another correction was asked for.
+    """
+
+    effort: Effort
+    decided_by: Rate
     shows_change: bool
     edits: frozenset[str]
     steps: tuple[Step, ...]
@@ -236,7 +241,10 @@ def _correction(value: Object) -> Correction:
     }
     steps = (Step(step["applicable"], step["model_size"], step.get("retrieved")) for step in value["steps"])
     edits = frozenset(edit for edit, count in made.items() if count) or frozenset({"none"})
-    return Correction(value["shows_change"], edits, tuple(steps), value["counters"], value["update_seconds"])
+    effort, decided_by = _effort(value["effort"]), _rate_given(value["decided_by"])
+    return Correction(
+        effort, decided_by, value["shows_change"], edits, tuple(steps), value["counters"], value["update_seconds"]
+    )
 
 
 def _calibration(value: Object | None) -> Calibration | None:
