@@ -30,11 +30,11 @@ mod visible;
 
 Prints one row for each task and variation, and then what is wrong. Exit status 1 where something is wrong.
 
-With --teacher, wrong is a teacher who gives up in more than one start of twenty, and a variation that needs no edit in
-which the learned model succeeds less often than in the original task: the sign-flip test of the differences, one for
-each seed, over all such variations by Holm, below 5 %.
+With --teacher, wrong is a teacher who gives up in more than one start of twenty, and a variation that needs no edit \
+in which the learned model succeeds less often than in the original task: the sign-flip test of the differences, one \
+for each seed, over all such variations by Holm, below 5 %.
 
-With --visible, a change is shown at a decision where one feature has an area under the curve of 0.95 or more, above
+With --visible, a change is shown at a decision where one feature has an area under the curve of 0.95 or more, above \
 those of all of 1000 relabellings of the starts.
 
 Examples:
