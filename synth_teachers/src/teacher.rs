@@ -93,7 +93,7 @@ impl Teacher {
         let mut clean = true;
         let mut stopped = false;
         // Nobody stops before having shown what changed. Where no skill did, any skill shows where to go on.
-        let mut change_is_shown = setting.skills.iter().all(|skill| known(skill, &setting));
+        let mut change_is_shown = setting.skills.iter().all(|skill| setting.is_original(skill));
         while !episode.succeeded() {
             let Some(skill) = episode.next_skill().cloned() else { break };
             if skills.len() == MOST_SKILLS || episode.finished_out_of_time() || !episode.is_sound() {
@@ -111,8 +111,8 @@ impl Teacher {
                 // A person who sees that it went wrong stops, and begins again.
                 break;
             }
-            change_is_shown |= !known(&skill, &setting);
-            if stops_early && change_is_shown && known(&skill, &setting) && !episode.succeeded() {
+            change_is_shown |= !setting.is_original(&skill);
+            if stops_early && change_is_shown && setting.is_original(&skill) && !episode.succeeded() {
                 stopped = true;
                 break;
             }
@@ -131,14 +131,6 @@ impl Teacher {
         };
         Ok(Shown { demonstration, effort, clean, tally: mistakes.tally, skills })
     }
-}
-
-/// Whether the original task's program has this very skill. If it has, the robot's model knows how to go on after it.
-fn known(skill: &Skill, setting: &Setting) -> bool {
-    setting
-        .original_skills
-        .iter()
-        .any(|original| original.reference == skill.reference && original.keyframes == skill.keyframes)
 }
 
 /// What is written down.
