@@ -76,6 +76,9 @@ MEASURES: dict[str, Callable[[Run], float | None]] = {
     "success": lambda run: rate(run.after),
     "demonstrations": lambda run: run.charged(),
     "original": lambda run: rate(run.original_after),
+    "fits": lambda run: (
+        sum(one.counters["hmm_fits"] for one in run.corrections) / len(run.corrections) if run.corrections else None
+    ),
 }
 
 

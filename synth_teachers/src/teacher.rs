@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Isometry3;
 use situ::demonstration::{Demonstration, Keyframe, Kind, Pose};
 use situ::state::Schema;
-use situ_tasks::{Episode, MotionEnd, Setting, Skill, World};
+use situ_tasks::{Episode, MotionEnd, Skill, World};
 
 use crate::convert::{observe, observed_gripper};
 use crate::error::TeacherError;

@@ -22,13 +22,12 @@ const TITLE: Title = Title {
     text: "T7 confidence: calibration at the branches, and likelihood of what was held out",
     note: "A row is a method and the edit that the variation needs, over all tasks, teachers and seeds whose run \
         counts. A choice is made where a place has two children or more, in the rollouts of the last model from fresh \
-        starts; the likeliest child is right where it holds the skill that the task's own program would do next, as the \
-        teacher calls it, or is END where the goal holds. `accuracy` is the share that was right; Brier and ECE are \
-        the Brier score and the expected calibration error (ten bins of equal width) of its probability; runs without a \
-        choice enter none of the three. `explained` is the share of \
-        the segments of a demonstration that was given to nobody for which some primitive has a density; `likelihood` \
-        their log-likelihood, nats per keyframe, the median over runs. Two 95 % bootstrap intervals each: by units \
-        (family × seed) and by variations.",
+        starts; the likeliest child is right where it holds the skill that the task's own program would do next, as \
+        the teacher calls it, or is END where the goal holds. `accuracy` is the share that was right; Brier and ECE \
+        are the Brier score and the expected calibration error (ten bins of equal width) of its probability; runs \
+        without a choice enter none of the three. `explained` is the share of the segments of a demonstration that was \
+        given to nobody for which some primitive has a density; `likelihood` their log-likelihood, nats per keyframe, \
+        the median over runs. Two 95 % bootstrap intervals each: by units (family × seed) and by variations.",
 };
 
 type Row<'a> = rows::Row<MethodKey<'a>, &'a RunRecord>;

@@ -30,10 +30,9 @@ const TITLE: Title = Title {
     note: "Corrections in physics, over all tasks, teachers and seeds whose run counts: |Z| applicable primitives and \
         |T| primitives at each local update (a full retraining has none), median exact work of a correction, and its \
         time. `held` are the segments whose skill, as the teacher calls it, some primitive held; `A1.6 right` is the \
-        share of them in which the applicable primitives, the index of line A1.6 alone, had such a one among them. \
-        A step in a model without primitives has no |Z|/|T|. \
-        Medians of |Z|/|T| and of the time, and that share, have two 95 % bootstrap intervals: by units (family × \
-        seed) and by variations.",
+        share of them in which the applicable primitives, the index of line A1.6 alone, had such a one among them. A \
+        step in a model without primitives has no |Z|/|T|. Medians of |Z|/|T| and of the time, and that share, have \
+        two 95 % bootstrap intervals: by units (family × seed) and by variations.",
 };
 
 type Row<'a> = rows::Row<MethodKey<'a>, &'a RunRecord>;

@@ -19,9 +19,9 @@ const SCALING: Title = Title {
     id: "t4_scaling",
     text: "T4 update cost by the size of the task model",
     note: "Synthetic automata, one planted correction each: median exact work of the update, and its time. The ratio \
-        is that method's cost divided by that of `situ` on the same automata, of sums over seeds and corrections, with a \
-        95 % bootstrap interval by these pairs. A series varies one thing: the nodes with |Z| held fixed, the nodes with |Z| left free, or the \
-        original demonstrations.",
+        is that method's cost divided by that of `situ` on the same automata, of sums over seeds and corrections, with \
+        a 95 % bootstrap interval by these pairs. A series varies one thing: the nodes with |Z| held fixed, the nodes \
+        with |Z| left free, or the original demonstrations.",
 };
 const SLOPES: Title = Title {
     id: "t4_slopes",

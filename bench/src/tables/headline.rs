@@ -21,11 +21,11 @@ const TITLE: Title = Title {
     text: "What each method reaches, and what it keeps",
     note: "A row is a method over all changes that need an edit. `changed` is success on the changed task after the \
         last demonstration, `original` success on the original task after it, both from fresh starts: no rollout from \
-        them has decided anything. `original before` is success on the original task before the first correction, \
-        from the same starts. Demonstrations: those that the robot was given, the budget where the target was not \
-        reached; ≥ marks a mean with such runs, whose keyframes are what was spent. A control is taught nothing and has \
-        no effort. Two 95 % bootstrap intervals each: by units (family × seed) and by \
-        variations. The clock: the median over runs of the mean time of an update; other runs went on beside it.",
+        them has decided anything. `original before` is success on the original task before the first correction, from \
+        the same starts. Demonstrations: those that the robot was given, the budget where the target was not reached; \
+        ≥ marks a mean with such runs, whose keyframes are what was spent. A control is taught nothing and has no \
+        effort. Two 95 % bootstrap intervals each: by units (family × seed) and by variations. The clock: the median \
+        over runs of the mean time of an update; other runs went on beside it.",
 };
 
 type Row<'a> = rows::Row<TeacherKey<'a>, &'a RunRecord>;

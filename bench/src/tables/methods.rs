@@ -25,12 +25,12 @@ const TITLE: Title = Title {
         `once` (at some time in the rollout) are success from fresh starts, by which nothing was decided; IQM is the \
         interquartile mean over runs; `original` is success on the original task after the last correction. \
         Demonstrations are corrective, or full ones where a method is taught from scratch; a run that did not reach \
-        the target counts its budget. ≥ marks a mean with such runs, whose tries are what was \
-        spent; a control is taught nothing and has neither. `to situ` is the ratio of such means, paired by \
-        cell and seed; ≥, ≤ and ~ mark runs of the method, of situ and of both that did not reach it. Two 95 % \
-        bootstrap intervals each: by units (family × seed) and by variations. The clock: the median over runs of the \
-        mean time of an update, and the median of its ratio to that of situ in the same cell with the same seed, \
-        where both were corrected; other runs went on beside it.",
+        the target counts its budget. ≥ marks a mean with such runs, whose tries are what was spent; a control is \
+        taught nothing and has neither. `to situ` is the ratio of such means, paired by cell and seed; ≥, ≤ and ~ mark \
+        runs of the method, of situ and of both that did not reach it. Two 95 % bootstrap intervals each: by units \
+        (family × seed) and by variations. The clock: the median over runs of the mean time of an update, and the \
+        median of its ratio to that of situ in the same cell with the same seed, where both were corrected; other runs \
+        went on beside it.",
 };
 
 /// The method that others are compared with.

@@ -11,6 +11,7 @@ use super::rows::{MethodName, role, rows};
 use super::table::{Publication, Table, Title};
 use crate::ledger::Canonical;
 use crate::record::{Record, RunRecord};
+use crate::stats;
 use crate::stats::paired::{SignFlip, holm, probability_of_improvement, sign_flip};
 
 /// The publication.
@@ -23,14 +24,15 @@ pub(super) const PAIRED: Publication = Publication {
 const TITLE: Title = Title {
     id: "paired",
     text: "SITU beside every other method, paired",
-    note: "Every other method but the control. Differences, SITU less the other, over the runs of both in the same cell with the same seed, where the task \
-        needs an edit: success on the changed task and on the original one after the last demonstration, from fresh \
-        starts, and demonstrations, where a run that did not reach the target counts the budget. Two 95 % bootstrap \
-        intervals each: by units (family × seed) and by variations. p: a two-sided sign-flip test over the means of the \
-        units, exact up to 16 of them; `Holm` is corrected over all tests of this table. `least p` is the least that \
-        so many units can give before the correction. `improvement` is the probability that a run of SITU succeeds more often than a run of \
-        the other method on the same variation, ties half, averaged over variations (Agarwal et al. 2021), each \
-        weighed by its runs.",
+    note: "Every other method but the control. Differences, SITU less the other, over the runs of both in the same \
+        cell with the same seed, where the task needs an edit: success on the changed task and on the original one \
+        after the last demonstration, from fresh starts, and demonstrations, where a run that did not reach the target \
+        counts the budget; and `fits`, the hidden Markov models fitted at an update, over runs of which both were \
+        corrected. Two 95 % bootstrap intervals each: by units (family × seed) and by variations. p: a two-sided \
+        sign-flip test over the means of the units, exact up to 16 of them; `Holm` is corrected over all tests of this \
+        table. `least p` is the least that so many units can give before the correction. `improvement` is the \
+        probability that a run of SITU succeeds more often than a run of the other method on the same variation, ties \
+        half, averaged over variations (Agarwal et al. 2021), each weighed by its runs.",
 };
 
 /// The method that is compared.
@@ -39,10 +41,11 @@ const SITU: &str = "situ";
 /// A quantity of a run; `None` where the run has none.
 type Measure = ([&'static str; 3], fn(&RunRecord) -> Option<f64>);
 
-const MEASURES: [Measure; 3] = [
+const MEASURES: [Measure; 4] = [
     (["success", "p_success", "Holm_success"], |run| share(run.after)),
     (["demonstrations", "p_demonstrations", "Holm_demonstrations"], |run| Some(f64::from(run.charged()))),
     (["original", "p_original", "Holm_original"], |run| share(run.retained)),
+    (["fits", "p_fits", "Holm_fits"], fits),
 ];
 
 /// Protocol, teacher, and the method that SITU is compared with.
@@ -64,6 +67,11 @@ struct Row<'a> {
     improvement: Cell,
     /// One for each measure.
     tested: Vec<Option<Tested>>,
+}
+
+/// Hidden Markov models fitted at an update, the mean over the corrections of a run.
+fn fits(run: &RunRecord) -> Option<f64> {
+    stats::mean(&run.corrections.iter().map(|correction| correction.counters.hmm_fits as f64).collect::<Vec<_>>())
 }
 
 /// A difference of a measure over pairs, SITU's run first.

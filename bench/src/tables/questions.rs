@@ -34,10 +34,10 @@ const FROM_SCRATCH: Title = Title {
 const SEPARATE: Title = Title {
     id: "separate_or_joint",
     text: "Separate, or joint",
-    note: "The model that successive corrections led to, less what `rebuild:no_modify` makes of the same demonstrations \
-        at once, in success rates from fresh starts: on the changed task and on the original one. Two 95 % bootstrap \
-        intervals each: by units (family × seed) and by variations. A joint model keeps a changed way of doing a thing \
-        as a primitive of its own.",
+    note: "The model that successive corrections led to, less what `rebuild:no_modify` makes of the same \
+        demonstrations at once, in success rates from fresh starts: on the changed task and on the original one. Two \
+        95 % bootstrap intervals each: by units (family × seed) and by variations. A joint model keeps a changed way \
+        of doing a thing as a primitive of its own.",
 };
 
 /// Protocol, teacher, method and group.

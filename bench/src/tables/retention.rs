@@ -25,9 +25,9 @@ const TITLE: Title = Title {
     text: "T5 retention: what a corrected model still does",
     note: "A row is a cell over its seeds, or a stage of a sequence, in which each variation is met with the model \
         that the one before left. `before` and `after` are success on the variation, `original before` and `original \
-        after` on the original task, from the same fresh starts, by which nothing was decided; `earlier` is success \
-        on the variations of all earlier stages after this one. Means with 95 % bootstrap intervals over seeds, from \
-        two seeds on. Demonstrations: the budget, where the target was not reached; ≥ marks a mean with such runs. \
+        after` on the original task, from the same fresh starts, by which nothing was decided; `earlier` is success on \
+        the variations of all earlier stages after this one. Means with 95 % bootstrap intervals over seeds, from two \
+        seeds on. Demonstrations: the budget, where the target was not reached; ≥ marks a mean with such runs. \
         Teaching from scratch has no row, and the control has one in sequences alone.",
 };
 

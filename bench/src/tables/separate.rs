@@ -21,11 +21,12 @@ const TITLE: Title = Title {
     id: "t2",
     text: "T2 separate or joint: successive corrections against all demonstrations at once",
     note: "A row is a method and the edit that the variation needs, over all tasks and then for each, of the runs that \
-        were corrected at least once, for the methods of which the protocol asks it. `separate` is the model that the corrections led to; `joint` is what full \
-        retraining without order (`rebuild:no_modify`) makes of the same demonstrations, original and corrective. \
-        Success is from starts by which nothing was decided. `difference` is separate less joint, paired by run. What \
-        F1 counts is in T3; `likelihood` is of a demonstration of the changed task that neither was given, nats per \
-        keyframe, the median over runs. Two 95 % bootstrap intervals each: by units (family × seed) and by variations.",
+        were corrected at least once, for the methods of which the protocol asks it. `separate` is the model that the \
+        corrections led to; `joint` is what full retraining without order (`rebuild:no_modify`) makes of the same \
+        demonstrations, original and corrective. Success is from starts by which nothing was decided. `difference` is \
+        separate less joint, paired by run. What F1 counts is in T3; `likelihood` is of a demonstration of the changed \
+        task that neither was given, nats per keyframe, the median over runs. Two 95 % bootstrap intervals each: by \
+        units (family × seed) and by variations.",
 };
 
 /// The row of all tasks comes before those of each.

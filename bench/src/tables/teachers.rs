@@ -24,9 +24,10 @@ const TITLE: Title = Title {
         never learned) are counted apart; runs in which the teacher gave up count their budget of demonstrations. \
         `changed` and `original` are success after the last demonstration, from fresh starts. A try is a demonstration \
         that the teacher performed, given or not; `failed` is the share of tries that were not given, of the original \
-        task (but for teaching from scratch) and the changed one, untaught and spoilt runs among them. Tries and lengths \
-        of a run that did not reach the target are what was spent; a control is taught nothing and has no effort. `primitives a skill` are the nodes of the last model over the skills that they hold, \
-        as the teacher calls them. Two 95 % bootstrap intervals each: by units (family × seed) and by variations.",
+        task (but for teaching from scratch) and the changed one, untaught and spoilt runs among them. Tries and \
+        lengths of a run that did not reach the target are what was spent; a control is taught nothing and has no \
+        effort. `primitives a skill` are the nodes of the last model over the skills that they hold, as the teacher \
+        calls them. Two 95 % bootstrap intervals each: by units (family × seed) and by variations.",
 };
 
 type Row<'a> = rows::Row<TeacherKey<'a>, &'a RunRecord>;
