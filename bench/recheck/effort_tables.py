@@ -3,27 +3,32 @@
 from cells import Cell, Table, count, pooled, share, table, text
 from ledger import Ledger, Rate, Run
 from measures import (
-    CONTROL, EFFORT, FROM_SCRATCH, INTERQUARTILE_MEAN, MEDIAN, SITU, beside, effort_ratio, made, mean, median, of_runs,
-    once, partners, pooled as over_runs, rate, ratio, success, update_ms,
+    CONTROL, EFFORT, FROM_SCRATCH, INTERQUARTILE_MEAN, MEDIAN, SITU, all_edits, beside, effort_ratio, first_edits, made,
+    mean, median, of_runs, once, partners, pooled as over_runs, rate, share as share_of, success, update_ms,
 )
 from rows import METHOD_KEYS, RUNS, UNITS, VARIATIONS, Row, efforts, endings, keys, method_key, rows
 
 
 def headline(ledger: Ledger) -> Table:
     """Every method over all changes that need an edit."""
-    runs = [run for run in ledger.counted() if run.edit != "none"]
+    runs = [run for run in ledger.single() if run.edit != "none" and run.ending != "not_applicable"]
     of_rows = rows(runs, lambda run: (run.protocol, run.teacher, run.method))
 
     def original_before(row: Row) -> Cell:
-        return None if row.key[2] == FROM_SCRATCH else success(row.runs, lambda run: run.original_before)
+        return None if row.key[2] == FROM_SCRATCH else success(row.counted(), lambda run: run.original_before)
+
+    def originals(run: Run) -> float | None:
+        return None if run.method == FROM_SCRATCH else run.originals.keyframes
 
     columns = [
         RUNS, UNITS, VARIATIONS,
-        pooled("changed", lambda row: success(row.runs, lambda run: run.after)),
+        *endings("untaught", "spoilt", "gave_up"),
+        pooled("changed", lambda row: success(row.counted(), lambda run: run.after)),
         pooled("original_before", original_before),
-        pooled("original", lambda row: success(row.runs, lambda run: run.original_after)),
+        pooled("original", lambda row: success(row.counted(), lambda run: run.original_after)),
         *efforts("demonstrations", "keyframes"),
-        pooled("update_ms", lambda row: median(row.runs, update_ms), wall=True),
+        pooled("originals", lambda row: mean(row.counted(), originals)),
+        pooled("update_ms", lambda row: median(row.counted(), update_ms), wall=True),
     ]
     of_keys = keys("protocol", "teacher", "method")
     return table("headline", "What each method reaches, and what it keeps", of_keys, columns, of_rows, len(runs))
@@ -55,8 +60,8 @@ def t1(ledger: Ledger) -> Table:
         pooled("demonstrations_ratio", lambda row: effort_ratio(row.pairs, "demonstrations")),
         pooled("keyframes_ratio", lambda row: effort_ratio(row.pairs, "keyframes")),
         pooled("originals", lambda row: mean(row.counted(), originals)),
-        text("made_first", lambda row: made(run.corrections[0].edits for run in row.counted() if run.corrections)),
-        text("made_in_all", lambda row: made(one.edits for run in row.counted() for one in run.corrections)),
+        text("made_first", lambda row: made(edits for _, edits in of_runs(row.counted(), first_edits))),
+        text("made_in_all", lambda row: made(edits for _, edits in of_runs(row.counted(), all_edits))),
     ]
     of_keys = keys("protocol", "task", "variation", "edit_needed", "teacher", "method")
     heading = "T1 effort: what corrections take, against teaching from scratch"
@@ -79,7 +84,8 @@ def methods(ledger: Ledger) -> Table:
     columns = [
         RUNS, UNITS, VARIATIONS,
         *endings("not_applicable", "untaught", "spoilt", "gave_up"),
-        pooled("reached", lambda row: mean(row.counted(), lambda run: float(run.is_reached()))),
+        pooled("reached", lambda row: share_of([(run, (run.is_reached(), 1)) for run in row.counted()])),
+        count("below_target", lambda row: sum(run.is_reached_by_luck() for run in row.counted())),
         pooled("after", lambda row: success(row.counted(), lambda run: run.after)),
         pooled("once", lambda row: once(row.counted())),
         pooled("IQM", lambda row: over_runs(of_runs(row.counted(), lambda run: rate(run.after)), INTERQUARTILE_MEAN)),
@@ -100,7 +106,7 @@ def t6(ledger: Ledger) -> Table:
 
     def failed(row: Row) -> Cell:
         spent = [(run, [run.effort] if run.method == FROM_SCRATCH else [run.originals, run.effort]) for run in row.runs]
-        return ratio([
+        return share_of([
             (run, (sum(one.tries - one.demonstrations for one in of), sum(one.tries for one in of)))
             for run, of in spent
         ])

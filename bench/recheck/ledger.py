@@ -122,6 +122,7 @@ class Run:
     why: str
     self_loop: bool
     budget: int
+    target: float
     originals: Effort
     effort: Effort
     before: Rate | None
@@ -142,6 +143,11 @@ class Run:
     def is_reached(self) -> bool:
         """Whether the target was reached."""
         return self.ending == "reached"
+
+    def is_reached_by_luck(self) -> bool:
+        """Whether the rollouts that decided reached the target, and fewer did from fresh starts."""
+        after = self.after
+        return self.is_reached() and after is not None and after.successes < self.target * after.rollouts
 
     def charged(self) -> int:
         """Demonstrations that it took: the budget, where the target was not reached."""
@@ -281,6 +287,7 @@ def _run(value: Object) -> Run:
         why=why,
         self_loop=value.get("self_loop", False),
         budget=value["budget"],
+        target=value["target"],
         originals=_effort(value["original"]),
         effort=_effort(value["effort"]),
         before=_rate(value["before"]),

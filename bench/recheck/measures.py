@@ -121,6 +121,21 @@ def ratio(of: OfRuns[tuple[float, float]], bound: str = "") -> Cell:
     return pooled(of, RATIO, bound)
 
 
+def share(of: OfRuns[tuple[float, float]]) -> Cell:
+    """The same of a share. Where all agree, each interval is Wilson's of as many units, or variations, that agree."""
+    cell = ratio(of)
+    above, below = _sum_pairs([pair for _, pair in of])
+    if cell is None or 0 < above < below:
+        return cell
+    counts = units(run for run, _ in of), variations(run for run, _ in of)
+    ends: list[Any] = []
+    for count, (low, high) in zip(counts, (cell[1:3], cell[3:5])):
+        is_there = not isinstance(low, Word)
+        agreeing = map(Exact, summaries.wilson(count if above else 0, count)) if is_there else (low, high)
+        ends.extend(agreeing)
+    return [cell[0], *ends, cell[5]]
+
+
 def of_runs(runs: Iterable[Run], of: Callable[[Run], T | None]) -> list[tuple[Run, T]]:
     """A thing of each run that has one."""
     return [(run, thing) for run in runs if (thing := of(run)) is not None]
@@ -133,12 +148,12 @@ def rate(of: Rate | None) -> float | None:
 
 def success(runs: Iterable[Run], of: Callable[[Run], Rate | None]) -> Cell:
     """The share of rollouts of runs that succeeded."""
-    return ratio([(run, (one.successes, one.rollouts)) for run, one in of_runs(runs, of)])
+    return share([(run, (one.successes, one.rollouts)) for run, one in of_runs(runs, of)])
 
 
 def once(runs: Iterable[Run]) -> Cell:
     """The share of rollouts on the changed task in which the goal held at some time."""
-    return ratio([(run, (one.once, one.rollouts)) for run, one in of_runs(runs, lambda run: run.after)])
+    return share([(run, (one.once, one.rollouts)) for run, one in of_runs(runs, lambda run: run.after)])
 
 
 def mean(runs: Iterable[Run], of: Callable[[Run], float | None], bound: str = "") -> Cell:
@@ -180,6 +195,17 @@ def made(sets: Iterable[frozenset[str]]) -> str | None:
     counts = Counter(tuple(sorted(EDITS.index(edit) for edit in edits)) for edits in sets)
     words = ["+".join(EDITS[index] for index in edits) + f" {counts[edits]}" for edits in sorted(counts)]
     return ", ".join(words) or None
+
+
+def all_edits(run: Run) -> frozenset[str] | None:
+    """The set of edits of all corrections together: `none` where they made none."""
+    together: frozenset[str] = frozenset().union(*(one.edits for one in run.corrections))
+    return (together - {"none"} or together) or None
+
+
+def first_edits(run: Run) -> frozenset[str] | None:
+    """The set of edits of the first correction that shows what changed."""
+    return next((one.edits for one in run.corrections if one.shows_change), None)
 
 
 def units(runs: Iterable[Run]) -> int:

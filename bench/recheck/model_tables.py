@@ -8,8 +8,8 @@ import summaries
 from cells import Cell, Column, Table, count, number, pooled, table, text
 from ledger import Calibration, Correction, Joint, Ledger, Rate, Run, Step, Structure
 from measures import (
-    BRIER, CALIBRATION_ERROR, CONTROL, EDITS, FROM_SCRATCH, MEDIAN, MILLISECONDS, difference, grouped, mean, median, of_runs,
-    pooled as over_runs, rate, ratio, success,
+    BRIER, CALIBRATION_ERROR, CONTROL, EDITS, FROM_SCRATCH, MEDIAN, MILLISECONDS, all_edits, difference, first_edits,
+    grouped, mean, median, of_runs, pooled as over_runs, rate, ratio, share, success,
 )
 from rows import METHOD_KEYS, RUNS, UNITS, VARIATIONS, Row, efforts, keys, method_key, rows
 
@@ -82,32 +82,19 @@ def t2(ledger: Ledger) -> Table:
     return table("t2", heading, keys(*METHOD_KEYS, "task"), columns, every + each, len(runs))
 
 
-Sets = Callable[[Run], list[frozenset[str]]]
-
-
-def _every(run: Run) -> list[frozenset[str]]:
-    """The sets of edits of every correction."""
-    return [one.edits for one in run.corrections]
-
-
-def _first(run: Run) -> list[frozenset[str]]:
-    """The set of edits of the first correction that shows what changed."""
-    return [one.edits for one in run.corrections if one.shows_change][:1]
-
-
-def _made(name: str, sets: Sets) -> list[Column[Row]]:
+def _made(name: str, of: Callable[[Run], frozenset[str] | None]) -> list[Column[Row]]:
     """How often each edit was made alone and several were, and the share that was the edit needed."""
 
+    def sets(row: Row) -> list[tuple[Run, frozenset[str]]]:
+        return of_runs(row.runs, of)
+
     def alone(edit: str) -> Column[Row]:
-        return count(f"{name}_{edit}", lambda row: sum(edits == {edit} for run in row.runs for edits in sets(run)))
+        return count(f"{name}_{edit}", lambda row: sum(edits == {edit} for _, edits in sets(row)))
 
     def right(row: Row) -> Cell:
-        of = [(run, sets(run)) for run in row.runs if sets(run)]
-        return ratio([(run, (sum(one == {run.edit} for one in edits), len(edits))) for run, edits in of])
+        return share([(run, (edits == {run.edit}, 1)) for run, edits in sets(row)])
 
-    several: Column[Row] = count(
-        f"{name}_several", lambda row: sum(len(edits) > 1 for run in row.runs for edits in sets(run))
-    )
+    several: Column[Row] = count(f"{name}_several", lambda row: sum(len(edits) > 1 for _, edits in sets(row)))
     return [*map(alone, EDITS), several, pooled(f"{name}_right", right)]
 
 
@@ -123,8 +110,8 @@ def t3(ledger: Ledger) -> Table:
     runs = [run for run in ledger.counted() if run.method not in (FROM_SCRATCH, CONTROL)]
     columns = [
         RUNS, UNITS, VARIATIONS, UNCORRECTED,
-        *_made("first", _first),
-        *_made("all", _every),
+        *_made("first", first_edits),
+        *_made("all", all_edits),
         *(_structure(name, measure) for name, measure in F1.items()),
         _structure("duplicates", lambda structure: structure.duplicates),
     ]
@@ -159,7 +146,7 @@ def t4_physics(ledger: Ledger) -> Table:
         return [(run, step.retrieved) for run, step in _steps(row) if step.retrieved is not None]
 
     def right(row: Row) -> Cell:
-        return ratio([(run, (found, 1)) for run, found in held(row)])
+        return share([(run, (found, 1)) for run, found in held(row)])
 
     def times(row: Row) -> Cell:
         return over_runs([(run, MILLISECONDS * one.update_seconds) for run, one in _corrections(row)], MEDIAN)
@@ -283,17 +270,18 @@ def t7(ledger: Ledger) -> Table:
     runs = ledger.counted()
 
     def accuracy(row: Row) -> Cell:
-        return ratio([(run, (sum(one.right), sum(one.choices))) for run, one in _calibrations(row)])
+        return share([(run, (sum(one.right), sum(one.choices))) for run, one in _calibrations(row)])
 
     def explained(row: Row) -> Cell:
-        return ratio([(run, (one.explained, one.segments)) for run, one in of_runs(row.runs, lambda run: run.held_out)])
+        return share([(run, (one.explained, one.segments)) for run, one in of_runs(row.runs, lambda run: run.held_out)])
 
     columns = [
         RUNS, UNITS, VARIATIONS,
         count("choices", lambda row: sum(sum(one.choices) for _, one in _calibrations(row))),
         pooled("accuracy", accuracy),
         pooled("Brier", lambda row: over_runs(_calibrations(row), BRIER)),
-        pooled("ECE", lambda row: over_runs(_calibrations(row), CALIBRATION_ERROR)),
+        number("ECE", lambda row: CALIBRATION_ERROR.whole([CALIBRATION_ERROR.part([one for _, one in _calibrations(row)])])
+               if _calibrations(row) else None),
         pooled("explained", explained),
         pooled("likelihood", lambda row: median(row.runs, _likelihood)),
     ]

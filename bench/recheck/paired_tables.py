@@ -76,9 +76,6 @@ MEASURES: dict[str, Callable[[Run], float | None]] = {
     "success": lambda run: rate(run.after),
     "demonstrations": lambda run: run.charged(),
     "original": lambda run: rate(run.original_after),
-    "fits": lambda run: (
-        sum(one.counters["hmm_fits"] for one in run.corrections) / len(run.corrections) if run.corrections else None
-    ),
 }
 
 
@@ -108,8 +105,8 @@ class _Tests:
             for name in MEASURES:
                 units = grouped((run.unit(), value) for run, value in _apart(row, name))
                 if units:
-                    means = [math.fsum(of) / len(of) for of in units.values()]
-                    self.tests[row.key, name] = resampling.flip_test(means)
+                    sums = [math.fsum(of) for of in units.values()]
+                    self.tests[row.key, name] = resampling.flip_test(sums)
         # A corrected p-value grows with each of the p-values.
         self.low = dict(zip(self.tests, summaries.holm([test.low for test in self.tests.values()])))
         self.high = dict(zip(self.tests, summaries.holm([test.high for test in self.tests.values()])))
@@ -140,6 +137,15 @@ class _Tests:
         ]
 
 
+def _fits(row: Row) -> Cell:
+    """The difference in hidden Markov models fitted at an update."""
+
+    def fitted(run: Run) -> float | None:
+        return sum(one.counters["hmm_fits"] for one in run.corrections) / len(run.corrections) if run.corrections else None
+
+    return difference((own, fitted(own), fitted(other)) for own, other in row.pairs)
+
+
 def paired(ledger: Ledger) -> Table:
     """SITU beside every other method."""
     counted = [run for run in ledger.counted() if run.edit != "none"]
@@ -150,5 +156,6 @@ def paired(ledger: Ledger) -> Table:
     columns = [RUNS, UNITS, pooled("improvement", _improvement), number("least_p", tests.least)]
     for name in MEASURES:
         columns += tests.columns(name)
+    columns.append(pooled("fits", _fits))
     of_keys = keys("protocol", "teacher", "other")
     return table("paired", "SITU beside every other method, paired", of_keys, columns, of_rows, len(others))

@@ -268,7 +268,10 @@ def _few(draws: int, found: int, other_draws: int, other_found: int) -> float:
 
 
 def flip_test(differences: Sequence[float]) -> FlipTest:
-    """The two-sided sign-flip test of these differences, one of each unit."""
+    """The two-sided sign-flip test of these differences, one of each unit. Those that are 0 decide nothing."""
+    differences = [one for one in differences if one != 0]
+    if not differences:
+        return FlipTest(1.0, 1.0, 1.0, 1.0, False)
     if len(differences) <= WHOLE_FLIPS:
         p = summaries.sign_flip(differences)
         return FlipTest(p, 2 / 2 ** len(differences), p, p, False)

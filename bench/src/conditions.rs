@@ -1,7 +1,7 @@
 //! The conditions of a run, which all its parts share.
 //!
 //! Every random draw has a stream that is named by its purpose. No name holds the method: every method meets the same
-//! starts, the same noise of execution and the same teacher.
+//! starts, the same noise of execution and the same teacher. Names of starts and of noise hold no teacher either.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -55,11 +55,16 @@ impl Conditions<'_> {
         self.spending.spend(self.task, self.phase, work, steps)
     }
 
-    /// The seed of one random draw on a setting: `purpose` and `numbers` name it.
+    /// The seed of one random draw on a setting: `purpose` and `numbers` name it. Every teacher's robot meets the same
+    /// starts.
     pub(crate) fn stream(&self, setting: &Setting, purpose: &str, numbers: &[u32]) -> u64 {
         let numbers: Vec<String> = numbers.iter().map(u32::to_string).collect();
-        let teacher = &self.teacher.profile().name;
-        stream(self.seed, &format!("{}/{teacher}/{purpose}/{}", setting.label(), numbers.join("/")))
+        stream(self.seed, &format!("{}/{purpose}/{}", setting.label(), numbers.join("/")))
+    }
+
+    /// The same for a draw of the teacher's.
+    pub(crate) fn teacher_stream(&self, setting: &Setting, purpose: &str, numbers: &[u32]) -> u64 {
+        self.stream(setting, &format!("{}/{purpose}", self.teacher.profile().name), numbers)
     }
 
     /// The seed of a method's random draws.

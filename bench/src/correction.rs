@@ -187,9 +187,10 @@ impl<'a> Conditions<'a> {
         archive.write(&path, demonstration, self.schema, &before)
     }
 
-    /// The first failure of the last evaluation from which the teacher manages to show the way, and the demonstration.
-    /// Where the evaluation stopped early and none of its failures will do, it goes on until one does. Tries that
-    /// failed are added to `failed`, and are part of the effort of the demonstration.
+    /// What the teacher shows, and the failure from which. The teacher of whole demonstrations begins again from another
+    /// start after a try that failed; so one who corrects begins again from another failure of the last evaluation, as
+    /// long as there is one, and gives up after as many tries. Tries that failed are added to `failed`, and are part of
+    /// the effort of the demonstration.
     fn shown(
         &self,
         model: &dyn Learned,
@@ -197,42 +198,53 @@ impl<'a> Conditions<'a> {
         last: &mut Evaluation,
         failed: &mut TotalEffort,
     ) -> Result<Option<Shown<'a>>, BenchError> {
+        let mut found: Vec<(u32, Failure<'a>)> = Vec::new();
         let mut looked_at = 0;
-        loop {
-            while let Some(index) = last.failures.get(looked_at) {
-                looked_at += 1;
-                self.check_interrupt()?;
-                let Some(failure) = self.watch(model, setting, round, *index)? else { continue };
-                if let Some(shown) = self.shown_from(failure, setting, [round, *index], failed)? {
-                    return Ok(Some(shown));
-                }
-            }
-            if !self.during(RunPhase::Evaluate).evaluate_on(model, setting, Starts::Round(round), last)? {
+        for attempt in 0..ATTEMPTS {
+            self.check_interrupt()?;
+            let is_first = found.is_empty();
+            found.extend(self.next_failure(model, (setting, round), last, &mut looked_at, is_first)?);
+            if found.is_empty() {
                 return Ok(None);
             }
-        }
-    }
-
-    /// What the teacher shows from a failure, of a round and a rollout. None where no attempt succeeds.
-    fn shown_from(
-        &self,
-        failure: Failure<'a>,
-        setting: &Setting,
-        [round, index]: [u32; 2],
-        failed: &mut TotalEffort,
-    ) -> Result<Option<Shown<'a>>, BenchError> {
-        for attempt in 0..ATTEMPTS {
-            let seed = self.stream(setting, "correct", &[round, index, attempt]);
+            let place = attempt as usize % found.len();
+            let (index, failure) = &found[place];
+            let seed = self.teacher_stream(setting, "correct", &[round, *index, attempt]);
             let name = format!("{}-correction-{round}", setting.label());
             let show = |episode| self.demonstrated(&name, Kind::Corrective, episode, seed);
             let shown = failure.cursor.shown(attempt, show)?;
             let demonstration = shown.demonstration.clone().filter(|_| shown.clean);
             *failed += TotalEffort::of_try(&shown.effort, demonstration.is_some());
             if let Some(demonstration) = demonstration {
+                let (_, failure) = found.swap_remove(place);
                 return Ok(Some(Shown { failure, demonstration, effort: *failed }));
             }
         }
         Ok(None)
+    }
+
+    /// The next failure of the last evaluation that the teacher meets when watching. Where the evaluation stopped early
+    /// and there is none among its failures, it goes on if one is needed.
+    fn next_failure(
+        &self,
+        model: &dyn Learned,
+        (setting, round): (&Arc<Setting>, u32),
+        last: &mut Evaluation,
+        looked_at: &mut usize,
+        is_needed: bool,
+    ) -> Result<Option<(u32, Failure<'a>)>, BenchError> {
+        loop {
+            while let Some(index) = last.failures.get(*looked_at).copied() {
+                *looked_at += 1;
+                if let Some(failure) = self.watch(model, setting, round, index)? {
+                    return Ok(Some((index, failure)));
+                }
+            }
+            let conditions = self.during(RunPhase::Evaluate);
+            if !is_needed || !conditions.evaluate_on(model, setting, Starts::Round(round), last)? {
+                return Ok(None);
+            }
+        }
     }
 
     /// The same rollout again, now with the teacher watching, and the failure as the teacher finds it. The teacher may
@@ -245,7 +257,7 @@ impl<'a> Conditions<'a> {
         index: u32,
     ) -> Result<Option<Failure<'a>>, BenchError> {
         let watch = |watched| self.roll_out(model, setting, (Starts::Round(round), index), watched);
-        let onset = self.teacher.onset(self.stream(setting, "onset", &[round, index]));
+        let onset = self.teacher.onset(self.teacher_stream(setting, "onset", &[round, index]));
         let Some((mut rollout, mut cursor)) = watch(Watched::AfterMissing(u32::from(onset == Onset::Late)))? else {
             return Ok(None);
         };

@@ -26,8 +26,10 @@ const BATCH: u32 = 2;
 /// A model's rollouts on a setting.
 #[derive(Clone)]
 pub struct Evaluation {
-    /// Successes.
+    /// Successes among the rollouts whose physics was sound.
     pub(crate) rate: Rate,
+    /// Rollouts, sound or not.
+    begun: u32,
     /// How the rollouts ended, by name.
     pub(crate) ended: BTreeMap<String, u32>,
     /// The rollouts that failed.
@@ -42,16 +44,17 @@ impl Evaluation {
     /// An evaluation of so many rollouts without a success.
     pub(crate) fn none(rollouts: u32) -> Self {
         let rate = Rate { rollouts, ..Rate::default() };
-        Self { rate, ended: BTreeMap::new(), failures: Vec::new(), choices: Vec::new(), spoilt: false }
+        Self { rate, begun: rollouts, ended: BTreeMap::new(), failures: Vec::new(), choices: Vec::new(), spoilt: false }
     }
 
-    /// Counts a rollout. `None` is a rollout whose start the physics refused.
+    /// Counts a rollout. `None` is a rollout whose start the physics refused. What physics spoilt is nobody's failure.
     fn count(&mut self, index: u32, rollout: Option<Rollout>) {
-        self.rate.rollouts += 1;
+        self.begun += 1;
         let Some(rollout) = rollout.filter(|rollout| rollout.ended != Ended::Spoilt) else {
             self.spoilt = true;
             return;
         };
+        self.rate.rollouts += 1;
         let how = if rollout.success { "success".to_owned() } else { format!("failure: {}", rollout.ended) };
         *self.ended.entry(how).or_default() += 1;
         self.rate.once += u32::from(rollout.once);
@@ -100,7 +103,7 @@ impl<'a> Conditions<'a> {
         starts: Starts,
         evaluation: &mut Evaluation,
     ) -> Result<bool, BenchError> {
-        let done = evaluation.rate.rollouts;
+        let done = evaluation.begun;
         let indices: Vec<u32> = (done..self.protocol.rollouts.min(done + BATCH)).collect();
         let rollouts = indices.par_iter().map(|index| {
             self.check_interrupt()?;
@@ -155,6 +158,28 @@ impl<'a> Conditions<'a> {
 
     /// Whether the target is met.
     pub(crate) fn is_reached(&self, evaluation: &Evaluation) -> bool {
-        f64::from(evaluation.rate.successes) >= self.protocol.target * f64::from(evaluation.rate.rollouts)
+        let Rate { successes, rollouts, .. } = evaluation.rate;
+        rollouts > 0 && f64::from(successes) >= self.protocol.target * f64::from(rollouts)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use situ::place::Place;
+
+    use super::*;
+
+    #[test]
+    fn what_physics_spoilt_is_nobody_s_failure() {
+        let rolled_out = |ended, success| {
+            let (last, choices) = (Place::Start, Vec::new());
+            Some(Rollout { ended, last, interrupted: None, success, once: success, primitives: 0, choices })
+        };
+        let mut evaluation = Evaluation::none(0);
+        let rollouts =
+            [rolled_out(Ended::End, true), None, rolled_out(Ended::Spoilt, false), rolled_out(Ended::End, false)];
+        rollouts.into_iter().zip(0..).for_each(|(rollout, index)| evaluation.count(index, rollout));
+        assert_eq!(evaluation.rate, Rate { successes: 1, once: 1, rollouts: 2 });
+        assert_eq!((evaluation.begun, evaluation.spoilt, evaluation.failures), (4, true, vec![3]));
     }
 }

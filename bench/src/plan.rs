@@ -6,7 +6,7 @@ use std::sync::Arc;
 use situ::edit::Edit;
 use situ::method::{self, KEYFRAME_AUTOMATON, Method, Role};
 use situ::state::Schema;
-use situ_tasks::{Registry, Setting, Task};
+use situ_tasks::{NeededEdit, Registry, Setting, Task};
 use situ_teachers::{Roster, Teacher, convert};
 
 use crate::error::BenchError;
@@ -140,9 +140,17 @@ impl Plan {
         let in_sequence = self.methods.iter().filter(|method| method.role() != Role::FromScratch).count();
         let runs = self.groups.iter().map(|group| {
             let stages: usize = group.family.sequences.iter().map(|sequence| sequence.settings.len()).sum();
-            group.family.variations.len() * self.methods.len() + stages * in_sequence
+            let single = group.family.variations.iter().map(|setting| self.methods_for(setting).count());
+            single.sum::<usize>() + stages * in_sequence
         });
         runs.sum::<usize>() + self.costs.iter().map(|group| group.corrections as usize * Edit::ALL.len()).sum::<usize>()
+    }
+
+    /// The methods that are run on a variation. A change that needs no edit needs no teaching from scratch either.
+    pub(crate) fn methods_for(&self, setting: &Setting) -> impl Iterator<Item = &dyn Method> {
+        let is_idle = setting.edit == NeededEdit::None;
+        let methods = self.methods.iter().map(|method| &**method);
+        methods.filter(move |method| !(is_idle && method.role() == Role::FromScratch))
     }
 
     /// Whether the plan makes none.

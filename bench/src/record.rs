@@ -267,6 +267,8 @@ pub struct RunRecord {
     pub self_loop: bool,
     /// Demonstrations at the most, corrective or from scratch.
     pub budget: u32,
+    /// The success rate at which teaching ends, above 0 and at most 1.
+    pub target: f64,
     /// The effort of teaching the original task.
     pub original: TotalEffort,
     /// Success of the original model on the changed task, from fresh starts: no rollout from them has decided anything.
@@ -315,6 +317,27 @@ impl RunRecord {
     pub fn update_seconds(&self) -> Option<f64> {
         let seconds: f64 = self.corrections.iter().map(|correction| correction.update_seconds).sum();
         (!self.corrections.is_empty()).then(|| seconds / self.corrections.len() as f64)
+    }
+
+    /// Whether the rollouts that decided reached the target, and fewer did from fresh starts.
+    pub fn is_reached_by_luck(&self) -> bool {
+        let falls_short = |rate: Rate| f64::from(rate.successes) < self.target * f64::from(rate.rollouts);
+        self.is_reached() && self.after.is_some_and(falls_short)
+    }
+
+    /// The first correction whose demonstration shows what changed.
+    pub fn first_to_show(&self) -> Option<&CorrectionRecord> {
+        self.corrections.iter().find(|correction| correction.shows_change)
+    }
+
+    /// The set of edits that all corrections made together; [`Edit::None`] where they made none. Empty where there was no
+    /// correction.
+    pub fn edits(&self) -> BTreeSet<Edit> {
+        let mut edits: BTreeSet<Edit> = self.corrections.iter().flat_map(CorrectionRecord::edits).collect();
+        if edits.len() > 1 {
+            edits.remove(&Edit::None);
+        }
+        edits
     }
 
     /// What counts as the demonstrations that it took: the budget, where the target was not reached.

@@ -171,7 +171,8 @@ impl<'a> Runner<'a> {
     fn left(&self, conditions: &Conditions<'_>, family: &'a Family) -> Left<'a> {
         let methods = || self.plan.methods.iter().map(|method| &**method);
         let singles = family.variations.iter().map(|setting| {
-            let left = methods().filter(|method| !self.is_done(conditions.key(setting, *method)));
+            let left = self.plan.methods_for(setting);
+            let left = left.filter(|method| !self.is_done(conditions.key(setting, *method)));
             (setting, left.collect::<Vec<_>>())
         });
         let singles = singles.filter(|(_, left)| !left.is_empty()).collect();

@@ -72,6 +72,7 @@ fn run(method: &str, seed: u64, outcome: Outcome, demonstrations: u32, made: &[E
         outcome,
         self_loop: false,
         budget: 8,
+        target: 0.9,
         original: effort(2, 12),
         before: counts.then_some(rate(1)),
         after: counts.then_some(rate(successes)),

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use situ::demonstration::Demonstration;
-use situ::edit::Edit;
 use situ::method::{self, Learned, Method, Role};
 use situ_tasks::Setting;
 
@@ -72,14 +71,13 @@ impl Conditions<'_> {
         before: &Uncorrected,
     ) -> Result<RunRecord, BenchError> {
         let mut run = self.begun(setting, self.key(setting, method), task);
-        // What needs no edit needs no teaching either.
-        let is_idle = method.role() == Role::FromScratch && run.key.edit == Edit::None;
-        if is_idle || !method.edits().contains(&run.key.edit) {
+        if !method.edits().contains(&run.key.edit) {
             run.outcome = Outcome::NotApplicable;
             return Ok(run);
         }
         let Ok(original) = &task.original else { return Ok(run) };
-        run.before = Some(before.fresh.rate);
+        // Who is taught anew has no model before.
+        run.before = (method.role() != Role::FromScratch).then_some(before.fresh.rate);
         let taught = match method.role() {
             Role::Control => {
                 let model = method.take_over(original)?;
@@ -249,6 +247,7 @@ impl Conditions<'_> {
             outcome: Outcome::Untaught { why },
             self_loop: setting.accepts_edges.iter().any(|[from, to]| from == to),
             budget: self.protocol.budget.demonstrations,
+            target: self.protocol.target,
             original: task.effort,
             before: None,
             after: None,

@@ -213,7 +213,7 @@ impl Conditions<'_> {
                 replayed: 0,
             };
             let episode = self.spend(start, steps)?;
-            let seed = self.stream(setting, purpose.teacher(), &[index, attempt]);
+            let seed = self.teacher_stream(setting, purpose.teacher(), &[index, attempt]);
             let name = format!("{}-{index}", setting.label());
             let shown = self.demonstrated(&name, Kind::Original, episode, seed)?;
             tried.demonstration = shown.demonstration.filter(|_| shown.clean);

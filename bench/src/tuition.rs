@@ -37,7 +37,7 @@ impl Conditions<'_> {
         let mut effort = TotalEffort::default();
         for attempt in 0..ATTEMPTS {
             self.check_interrupt()?;
-            let seed = self.stream(setting, "script-correct", &[attempt]);
+            let seed = self.teacher_stream(setting, "script-correct", &[attempt]);
             let shown = self.demonstrated(&setting.label(), Kind::Corrective, episode.clone(), seed)?;
             let given = shown.clean && shown.demonstration.is_some();
             effort += TotalEffort::of_try(&shown.effort, given);

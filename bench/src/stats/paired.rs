@@ -16,7 +16,7 @@ const ROUNDING: f64 = 1e-12;
 pub struct SignFlip {
     /// The two-sided p-value: the share of sign vectors under which the sum of the differences is as far from 0.
     pub p: f64,
-    /// The least p-value that so many differences can have.
+    /// The least p-value that as many differences can have as are not 0.
     pub least: f64,
 }
 
@@ -26,9 +26,14 @@ pub struct SignFlip {
 /// Up to 16 differences the test is exact; beyond, [`FLIPS`] sign vectors are drawn and the observed one is counted
 /// among them (Phipson and Smyth 2010).
 pub fn sign_flip(differences: &[f64], seed: u64) -> Option<SignFlip> {
+    if differences.is_empty() {
+        return None;
+    }
+    // The sign of what does not differ is of no matter.
+    let differences: Vec<f64> = differences.iter().copied().filter(|difference| *difference != 0.0).collect();
     let n = differences.len();
     if n == 0 {
-        return None;
+        return Some(SignFlip { p: 1.0, least: 1.0 });
     }
     let scale: f64 = differences.iter().map(|difference| difference.abs()).sum();
     let observed = differences.iter().sum::<f64>().abs() - ROUNDING * scale;
@@ -112,7 +117,8 @@ mod tests {
             assert_eq!(test.p, test.least);
             assert!((test.least - least).abs() < 5e-5, "{n} units: {}", test.least);
         }
-        assert_eq!(sign_flip(&[0.0; 5], 1).map(|test| test.p), Some(1.0));
+        assert_eq!(sign_flip(&[0.0; 5], 1), Some(SignFlip { p: 1.0, least: 1.0 }));
+        assert_eq!(sign_flip(&[0.3, 0.0, -0.1, 0.0], 1).map(|test| test.least), Some(0.5), "two of them differ");
         assert_eq!(sign_flip(&[], 1), None);
     }
 

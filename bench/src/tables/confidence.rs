@@ -1,9 +1,9 @@
 //! T7: whether the probabilities of children mean what they say, and how well the policies explain what they were not
 //! given.
 
-use super::column::{Bound, Columns, Shape};
-use super::measure::{cell, median, of_runs, units, variations};
-use super::pooled::{pooled_by, pooled_ratio};
+use super::column::{Bound, Cell, Columns, Shape, some};
+use super::measure::{cell, median, of_runs, share_of, units, variations};
+use super::pooled::pooled_by;
 use super::rows::{self, MethodKey, method_columns, method_key, rows};
 use super::table::{Publication, Table, Title};
 use crate::calibration::{BranchCalibration, brier, calibration_error};
@@ -45,20 +45,20 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
         .column("accuracy", Shape::Pooled(2), |row| {
             let pair = |(run, one): (_, &BranchCalibration)| (run, (f64::from(one.right()), f64::from(one.choices())));
             let of: Vec<_> = calibrations(row).into_iter().map(pair).collect();
-            cell(pooled_ratio(&of), Bound::Exact)
+            share_of(&of)
         })
         .column("Brier", Shape::Pooled(3), |row| {
             cell(pooled_by(&calibrations(row), |all| brier(all.copied())), Bound::Exact)
         })
-        .column("ECE", Shape::Pooled(3), |row| {
-            cell(pooled_by(&calibrations(row), |all| calibration_error(all.copied())), Bound::Exact)
+        .column("ECE", Shape::Number(3), |row| {
+            some(calibration_error(calibrations(row).into_iter().map(|(_, one)| one)), Cell::Number)
         })
         .column("explained", Shape::Pooled(2), |row| {
             let pair = |run: &RunRecord| {
                 let held_out = run.held_out?;
                 Some((f64::from(held_out.explained), f64::from(held_out.segments)))
             };
-            cell(pooled_ratio(&of_runs(row.of.iter().copied(), pair)), Bound::Exact)
+            share_of(&of_runs(row.of.iter().copied(), pair))
         })
         .column("likelihood", Shape::Pooled(1), |row| {
             let of = of_runs(row.of.iter().copied(), |run| run.held_out?.per_keyframe());

@@ -1,9 +1,8 @@
 //! T4: what the corrections of runs in physics cost, in exact counters and in time.
 
-use super::column::{Bound, Columns, MILLISECONDS_PER_SECOND, Shape, medians, middle};
+use super::column::{Columns, MILLISECONDS_PER_SECOND, Shape, medians, middle};
 use super::growth;
-use super::measure::{cell, median};
-use super::pooled::pooled_ratio;
+use super::measure::{median, share_of};
 use super::rows::{self, MethodKey, method_columns, method_key, rows};
 use super::table::{Publication, Table, Title};
 use crate::ledger::Canonical;
@@ -71,7 +70,7 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
         .count("held", |row| of_steps(row, |step| step.retrieved).len())
         .column("A1.6_right", Shape::Pooled(2), |row| {
             let found = |step: &StepSummary| Some((f64::from(u8::from(step.retrieved?)), 1.0));
-            cell(pooled_ratio(&of_steps(row, found)), Bound::Exact)
+            share_of(&of_steps(row, found))
         });
     medians(columns, |row| corrections(row).map(|correction| correction.counters).collect()).wall(
         "update_ms",

@@ -7,9 +7,8 @@ use situ::edit::Edit;
 use situ::method::Role;
 use situ::structure::Structure;
 
-use super::column::{Bound, Columns, Shape};
-use super::measure::{cell, mean, of_runs, units, variations};
-use super::pooled::pooled_ratio;
+use super::column::{Columns, Shape};
+use super::measure::{mean, of_runs, share_of, units, variations};
 use super::rows::{self, MethodKey, method_columns, method_key, role, rows};
 use super::table::{Publication, Table, Title};
 use crate::ledger::Canonical;
@@ -26,21 +25,22 @@ const TITLE: Title = Title {
     id: "t3",
     text: "T3 edits: needed and made",
     note: "A row is a method and the edit that the variation needs, over all tasks, teachers and seeds whose run \
-        counts. `first` counts the set of edits that the first correction made which shows what changed, `all` that of \
-        every correction; `several` are sets of two or more. `right` is the share in which the set was the edit needed \
-        and nothing else. `uncorrected` are runs without a correction, whether they reached the target or not. \
-        Teaching from scratch and the control edit nothing and have no row. Node F1 is over pairs of keyframes, which \
-        belong together where the teacher calls both the same; edge F1 is over transitions from skill to skill; \
-        duplicates are nodes whose skill an earlier node holds. 1 is beyond a method that cuts where an object is \
-        named and sees one skill where two cubes go into one bin: the best of those is `oracle_edit`. Means over runs. \
-        Two 95 % bootstrap intervals each: by units (family × seed) and by variations.",
+        counts. `first` counts the set of edits that the first correction made which shows what changed, `all` the set \
+        that all corrections of a run made together, which is what the model is changed by on the whole; `several` are \
+        sets of two or more. `right` is the share in which the set was the edit needed and nothing else. `uncorrected` \
+        are runs without a correction, whether they reached the target or not. Teaching from scratch and the control \
+        edit nothing and have no row. Node F1 is over pairs of keyframes, which belong together where the teacher \
+        calls both the same; edge F1 is over transitions from skill to skill; duplicates are nodes whose skill an \
+        earlier node holds. 1 is beyond a method that cuts where an object is named and sees one skill where two cubes \
+        go into one bin: the best of those is `oracle_edit`. Means over runs. Two 95 % bootstrap intervals each: by \
+        units (family × seed) and by variations.",
 };
 
 /// Protocol, method, and the edit that the variation needs.
 type Row<'a> = rows::Row<MethodKey<'a>, &'a RunRecord>;
 
-/// The corrections of a run that are counted.
-type Counted = fn(&RunRecord) -> Vec<&CorrectionRecord>;
+/// The set of edits of a run that is counted; `None` where there is none.
+type Counted = fn(&RunRecord) -> Option<BTreeSet<Edit>>;
 
 /// Columns of edits made, in the order of [`Edit::ALL`], of several, and of the share that was right.
 type Made = ([&'static str; 4], [&'static str; 2], Counted);
@@ -49,12 +49,12 @@ const MADE: [Made; 2] = [
     (
         ["first_node-addition", "first_edge-addition", "first_node-modification", "first_none"],
         ["first_several", "first_right"],
-        |run| run.corrections.iter().find(|correction| correction.shows_change).into_iter().collect(),
+        |run| run.first_to_show().map(CorrectionRecord::edits),
     ),
     (
         ["all_node-addition", "all_edge-addition", "all_node-modification", "all_none"],
         ["all_several", "all_right"],
-        |run| run.corrections.iter().collect(),
+        |run| Some(run.edits()).filter(|edits| !edits.is_empty()),
     ),
 ];
 
@@ -73,9 +73,7 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
         .count("variations", |row| variations(row.of.iter().copied()))
         .count("uncorrected", |row| row.of.iter().filter(|run| run.corrections.is_empty()).count());
     let columns = MADE.into_iter().fold(columns, |columns, (names, [several, right], counted)| {
-        let sets = move |row: &Row| {
-            row.of.iter().flat_map(|run| counted(run)).map(CorrectionRecord::edits).collect::<Vec<_>>()
-        };
+        let sets = move |row: &Row| row.of.iter().filter_map(|run| counted(run)).collect::<Vec<_>>();
         let columns = names.into_iter().zip(Edit::ALL).fold(columns, |columns, (name, edit)| {
             let only = BTreeSet::from([edit]);
             columns.count(name, move |row| sets(row).into_iter().filter(|made| *made == only).count())
@@ -85,13 +83,8 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
             Shape::Pooled(2),
             move |row| {
                 let needed = BTreeSet::from([row.key.2]);
-                let pair = |run| {
-                    let counted = counted(run);
-                    let right = counted.iter().filter(|correction| correction.edits() == needed).count();
-                    (!counted.is_empty()).then_some((right as f64, counted.len() as f64))
-                };
-                let of = of_runs(row.of.iter().copied(), pair);
-                cell(pooled_ratio(&of), Bound::Exact)
+                let pair = |run| Some((f64::from(u8::from(counted(run)? == needed)), 1.0));
+                share_of(&of_runs(row.of.iter().copied(), pair))
             },
         )
     });

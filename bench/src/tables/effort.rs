@@ -69,10 +69,8 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
         |run: &RunRecord| (role(&run.key.method) != Role::FromScratch).then(|| f64::from(run.original.demonstrations));
     columns
         .column("originals", Shape::Pooled(1), move |row| mean(row.runs(), originals))
-        .text("made_first", |row| made(row.counted.iter().filter_map(|run| run.corrections.first()?.edits().into())))
-        .text("made_in_all", |row| {
-            made(row.counted.iter().flat_map(|run| &run.corrections).map(|correction| correction.edits()))
-        })
+        .text("made_first", |row| made(row.runs().filter_map(|run| Some(run.first_to_show()?.edits()))))
+        .text("made_in_all", |row| made(row.runs().map(RunRecord::edits).filter(|edits| !edits.is_empty())))
 }
 
 fn table(records: &Canonical) -> Table {

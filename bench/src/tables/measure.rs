@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::column::{Bound, Cell, some};
-use super::pooled::{OfRuns, Pooled, pooled_by, pooled_ratio, unit, variation};
+use super::pooled::{OfRuns, Pooled, pooled_by, pooled_ratio, pooled_share, unit, variation};
 use crate::record::{Rate, RunRecord};
 use crate::stats;
 
@@ -41,13 +41,18 @@ pub(super) fn of_runs<'a, T>(
 /// The share of rollouts that succeeded, over runs.
 pub(super) fn success<'a>(runs: impl IntoIterator<Item = &'a RunRecord>, rate: fn(&RunRecord) -> Option<Rate>) -> Cell {
     let pair = |rate: Rate| (f64::from(rate.successes), f64::from(rate.rollouts));
-    cell(pooled_ratio(&of_runs(runs, |run| rate(run).map(pair))), Bound::Exact)
+    cell(pooled_share(&of_runs(runs, |run| rate(run).map(pair))), Bound::Exact)
 }
 
 /// The same of success at some time in the rollout, if not at its end.
 pub(super) fn once<'a>(runs: impl IntoIterator<Item = &'a RunRecord>) -> Cell {
     let pair = |rate: Rate| (f64::from(rate.once), f64::from(rate.rollouts));
-    cell(pooled_ratio(&of_runs(runs, |run| run.after.map(pair))), Bound::Exact)
+    cell(pooled_share(&of_runs(runs, |run| run.after.map(pair))), Bound::Exact)
+}
+
+/// The share of things of runs that are so; each run has a number of those that are, and a number of all.
+pub(super) fn share_of(of: &OfRuns<'_, (f64, f64)>) -> Cell {
+    cell(pooled_share(of), Bound::Exact)
 }
 
 /// The mean of a quantity over runs that have it.

@@ -3,7 +3,7 @@
 use situ::method::Role;
 
 use super::column::{Cell, Columns, MILLISECONDS_PER_SECOND, Shape};
-use super::measure::{EFFORT, effort, interquartile_mean, mean, median, of_runs, once, success, units, variations};
+use super::measure::{EFFORT, effort, interquartile_mean, median, of_runs, once, share_of, success, units, variations};
 use super::rows::{Compared, MethodKey, compared, method_columns, method_key, role, uncounted};
 use super::table::{Publication, Table, Title};
 use crate::ledger::Canonical;
@@ -21,8 +21,9 @@ const TITLE: Title = Title {
     text: "Methods: every method beside every edit",
     note: "A row is a method and the edit that the variation needs, over all tasks, variations, teachers and seeds. \
         Runs of a method that cannot make the edit (not applicable), untaught and spoilt runs are counted apart and \
-        enter nothing else. `reached` is the share of runs that reached the target within their budget. `after` and \
-        `once` (at some time in the rollout) are success from fresh starts, by which nothing was decided; IQM is the \
+        enter nothing else. `reached` is the share of runs that reached the target within their budget, by the \
+        rollouts that decided, and `below target` how many of them are below it from fresh starts. `after` and `once` \
+        (at some time in the rollout) are success from fresh starts, by which nothing was decided; IQM is the \
         interquartile mean over runs; `original` is success on the original task after the last correction. \
         Demonstrations are corrective, or full ones where a method is taught from scratch; a run that did not reach \
         the target counts its budget. ≥ marks a mean with such runs, whose tries are what was spent; a control is \
@@ -59,9 +60,10 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
         .count("runs", |row| row.counted.len())
         .count("units", |row| units(row.runs()))
         .count("variations", |row| variations(row.runs()));
-    let is_reached = |run: &RunRecord| Some(f64::from(u8::from(run.is_reached())));
+    let is_reached = |run: &RunRecord| Some((f64::from(u8::from(run.is_reached())), 1.0));
     uncounted(columns)
-        .column("reached", Shape::Pooled(2), move |row| mean(row.runs(), is_reached))
+        .column("reached", Shape::Pooled(2), move |row| share_of(&of_runs(row.runs(), is_reached)))
+        .count("below_target", |row| row.runs().filter(|run| run.is_reached_by_luck()).count())
         .column("after", Shape::Pooled(2), |row| success(row.runs(), |run| run.after))
         .column("once", Shape::Pooled(2), |row| once(row.runs()))
         .column("IQM", Shape::Pooled(2), |row| interquartile_mean(row.runs()))

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use situ::method::Role;
 
 use super::column::{Bound, Cell, Columns, Shape, some};
-use super::measure::{cell, share, units};
-use super::pooled::{Pooled, draws, pooled_by, pooled_ratio, unit_means, variation};
+use super::measure::{cell, difference, share, units};
+use super::pooled::{Pooled, draws, pooled_by, pooled_ratio, unit_sums, variation};
 use super::rows::{MethodName, role, rows};
 use super::table::{Publication, Table, Title};
 use crate::ledger::Canonical;
@@ -28,11 +28,12 @@ const TITLE: Title = Title {
         cell with the same seed, where the task needs an edit: success on the changed task and on the original one \
         after the last demonstration, from fresh starts, and demonstrations, where a run that did not reach the target \
         counts the budget; and `fits`, the hidden Markov models fitted at an update, over runs of which both were \
-        corrected. Two 95 % bootstrap intervals each: by units (family × seed) and by variations. p: a two-sided \
-        sign-flip test over the means of the units, exact up to 16 of them; `Holm` is corrected over all tests of this \
-        table. `least p` is the least that so many units can give before the correction. `improvement` is the \
-        probability that a run of SITU succeeds more often than a run of the other method on the same variation, ties \
-        half, averaged over variations (Agarwal et al. 2021), each weighed by its runs.",
+        corrected, without a test. Two 95 % bootstrap intervals each: by units (family × seed) and by variations. p: a \
+        two-sided sign-flip test over the sums of the units, exact up to 16 of them; `Holm` is corrected over all \
+        tests of this table. `least p` is the least that as many units as differ in success can give, before the \
+        correction. `improvement` is the probability that a run of SITU succeeds more often than a run of the other \
+        method on the same variation, ties half, averaged over variations (Agarwal et al. 2021), each weighed by its \
+        runs.",
 };
 
 /// The method that is compared.
@@ -41,11 +42,10 @@ const SITU: &str = "situ";
 /// A quantity of a run; `None` where the run has none.
 type Measure = ([&'static str; 3], fn(&RunRecord) -> Option<f64>);
 
-const MEASURES: [Measure; 4] = [
+const MEASURES: [Measure; 3] = [
     (["success", "p_success", "Holm_success"], |run| share(run.after)),
     (["demonstrations", "p_demonstrations", "Holm_demonstrations"], |run| Some(f64::from(run.charged()))),
     (["original", "p_original", "Holm_original"], |run| share(run.retained)),
-    (["fits", "p_fits", "Holm_fits"], fits),
 ];
 
 /// Protocol, teacher, and the method that SITU is compared with.
@@ -65,6 +65,8 @@ struct Row<'a> {
     units: usize,
     /// The probability that SITU does better.
     improvement: Cell,
+    /// The difference of the fits of an update.
+    fits: Cell,
     /// One for each measure.
     tested: Vec<Option<Tested>>,
 }
@@ -79,7 +81,7 @@ fn tested(of: &[(&RunRecord, &RunRecord)], measure: fn(&RunRecord) -> Option<f64
     let differences = of.iter().filter_map(|(own, other)| Some((*own, measure(own)? - measure(other)?)));
     let differences: Vec<(&RunRecord, f64)> = differences.collect();
     let weighed: Vec<_> = differences.iter().map(|(run, value)| (*run, (*value, 1.0))).collect();
-    let test = sign_flip(&unit_means(&differences), draws())?;
+    let test = sign_flip(&unit_sums(&differences), draws())?;
     Some(Tested { difference: pooled_ratio(&weighed)?, test, corrected: test.p })
 }
 
@@ -112,15 +114,17 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
         .column("least_p", Shape::Number(4), |row| {
             some(row.tested.iter().flatten().next(), |tested| Cell::Number(tested.test.least))
         });
-    MEASURES.into_iter().enumerate().fold(columns, |columns, (index, ([difference, p, corrected], _))| {
-        let of = move |row: &Row, cell: fn(&Tested) -> Cell| some(row.tested[index].as_ref(), cell);
-        columns
-            .column(difference, Shape::Pooled(2), move |row| {
-                of(row, |tested| Cell::Pooled(tested.difference, Bound::Exact))
-            })
-            .column(p, Shape::Number(4), move |row| of(row, |tested| Cell::Number(tested.test.p)))
-            .column(corrected, Shape::Number(4), move |row| of(row, |tested| Cell::Number(tested.corrected)))
-    })
+    let columns =
+        MEASURES.into_iter().enumerate().fold(columns, |columns, (index, ([difference, p, corrected], _))| {
+            let of = move |row: &Row, cell: fn(&Tested) -> Cell| some(row.tested[index].as_ref(), cell);
+            columns
+                .column(difference, Shape::Pooled(2), move |row| {
+                    of(row, |tested| Cell::Pooled(tested.difference, Bound::Exact))
+                })
+                .column(p, Shape::Number(4), move |row| of(row, |tested| Cell::Number(tested.test.p)))
+                .column(corrected, Shape::Number(4), move |row| of(row, |tested| Cell::Number(tested.corrected)))
+        });
+    columns.column("fits", Shape::Pooled(1), |row| row.fits.clone())
 }
 
 fn table(records: &Canonical) -> Table {
@@ -141,7 +145,8 @@ fn table(records: &Canonical) -> Table {
         let tested = MEASURES.iter().map(|(_, measure)| tested(&row.of, *measure)).collect();
         let units = units(row.of.iter().map(|pair| pair.0));
         let improvement = improvement(&row.of);
-        table.push(Row { key: row.key, runs: row.of.len(), units, improvement, tested });
+        let fits = difference(row.of.iter().map(|(own, other)| (*own, fits(own), fits(other))));
+        table.push(Row { key: row.key, runs: row.of.len(), units, improvement, fits, tested });
     }
     let mut tests: Vec<&mut Tested> = table.iter_mut().flat_map(|row| row.tested.iter_mut().flatten()).collect();
     let corrected = holm(&tests.iter().map(|tested| tested.test.p).collect::<Vec<_>>());

@@ -93,10 +93,31 @@ pub(super) fn pooled_ratio(of: &OfRuns<'_, (f64, f64)>) -> Option<Pooled> {
     })
 }
 
-/// The means of a quantity over the units of these runs, in order: what a paired test is over.
-pub(super) fn unit_means(of: &OfRuns<'_, f64>) -> Vec<f64> {
-    let mean = |places: Vec<usize>| stats::mean(&places.iter().map(|place| of[*place].1).collect::<Vec<_>>());
-    clusters(of, |run| (run.key.task.clone(), run.key.seed)).into_values().filter_map(mean).collect()
+/// The same of shares. Where all agree, a bootstrap collapses at 0 or 1; then the interval is Wilson's of as many units,
+/// or variations, that agree.
+pub(super) fn pooled_share(of: &OfRuns<'_, (f64, f64)>) -> Option<Pooled> {
+    let pooled = pooled_ratio(of)?;
+    if pooled.value > 0.0 && pooled.value < 1.0 {
+        return Some(pooled);
+    }
+    let agreeing = |count: usize| {
+        let count = count as u32;
+        stats::wilson(if pooled.value > 0.0 { count } else { 0 }, count)
+    };
+    let units = clusters(of, |run| (run.key.task.clone(), run.key.seed)).len();
+    let variations = clusters(of, |run| (run.key.task.clone(), run.key.variation.clone())).len();
+    Some(Pooled {
+        value: pooled.value,
+        units: pooled.units.map(|_| agreeing(units)),
+        variations: pooled.variations.map(|_| agreeing(variations)),
+    })
+}
+
+/// The sums of a quantity over the units of these runs, in order: what a paired test is over. A test of sums is one of the
+/// mean over runs.
+pub(super) fn unit_sums(of: &OfRuns<'_, f64>) -> Vec<f64> {
+    let sum = |places: Vec<usize>| places.iter().map(|place| of[*place].1).sum();
+    clusters(of, |run| (run.key.task.clone(), run.key.seed)).into_values().map(sum).collect()
 }
 
 #[cfg(test)]
@@ -140,9 +161,24 @@ mod tests {
     }
 
     #[test]
-    fn a_unit_has_one_mean() {
+    fn a_unit_has_one_sum() {
         let runs = [run("pour", "a", 0), run("pour", "b", 0), run("pour", "a", 1)];
         let of: Vec<(&RunRecord, f64)> = runs.iter().zip([1.0, 3.0, 7.0]).collect();
-        assert_eq!(unit_means(&of), [2.0, 7.0]);
+        assert_eq!(unit_sums(&of), [4.0, 7.0]);
+    }
+
+    /// Twenty units that agree are 20 of 20; the bootstrap says nothing of how far the truth may be.
+    #[test]
+    fn what_agrees_has_the_interval_of_wilson() {
+        let runs: Vec<RunRecord> = (0..20).map(|seed| run("pour", &format!("v{}", seed % 4), seed)).collect();
+        let of = |share: f64| runs.iter().map(|run| (run, (5.0 * share, 5.0))).collect::<Vec<_>>();
+        let all = pooled_share(&of(1.0)).unwrap();
+        assert_eq!(
+            (all.value, all.units, all.variations),
+            (1.0, Some(stats::wilson(20, 20)), Some(stats::wilson(4, 4)))
+        );
+        assert_eq!(pooled_share(&of(0.0)).unwrap().units, Some(stats::wilson(0, 20)));
+        assert_eq!(pooled_share(&of(0.4)), pooled_ratio(&of(0.4)));
+        assert_eq!(pooled_share(&of(1.0)[..1]).unwrap().units, None, "one unit has no interval");
     }
 }

@@ -2,9 +2,8 @@
 
 use situ::method::Role;
 
-use super::column::{Bound, Cell, Columns, Shape};
-use super::measure::{EFFORT, cell, effort, mean, of_runs, success, units, variations};
-use super::pooled::pooled_ratio;
+use super::column::{Cell, Columns, Shape};
+use super::measure::{EFFORT, effort, mean, of_runs, share_of, success, units, variations};
 use super::rows::{self, TeacherKey, role, rows, teacher_key};
 use super::table::{Publication, Table, Title};
 use crate::ledger::Canonical;
@@ -69,7 +68,7 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
                 let given = original.demonstrations + run.effort.demonstrations;
                 Some((f64::from(tries - given.min(tries)), f64::from(tries)))
             };
-            cell(pooled_ratio(&of_runs(row.of.iter().copied(), failed)), Bound::Exact)
+            share_of(&of_runs(row.of.iter().copied(), failed))
         })
         .column("primitives_a_skill", Shape::Pooled(2), |row| {
             let ratio = |run: &RunRecord| {

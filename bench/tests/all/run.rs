@@ -252,6 +252,9 @@ fn the_built_in_protocols_can_be_run() {
         let plan = Plan::new(Protocol::find(name).unwrap(), &Filter::default(), &registry, &roster);
         assert!(!plan.unwrap_or_else(|error| panic!("{name}: {error}")).is_empty());
     }
+    let every: BTreeSet<String> = Roster::builtin().unwrap().profiles().map(|profile| profile.name.clone()).collect();
+    let named: BTreeSet<String> = Protocol::find("teachers").unwrap().teachers.into_iter().collect();
+    assert_eq!(named, every, "the protocol `teachers` has every profile");
 }
 
 /// A run without the arm is another protocol. It has a name of its own in every record, and does not go on with the
