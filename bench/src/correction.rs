@@ -187,10 +187,10 @@ impl<'a> Conditions<'a> {
         archive.write(&path, demonstration, self.schema, &before)
     }
 
-    /// What the teacher shows, and the failure from which. The teacher of whole demonstrations begins again from another
-    /// start after a try that failed; so one who corrects begins again from another failure of the last evaluation, as
-    /// long as there is one, and gives up after as many tries. Tries that failed are added to `failed`, and are part of
-    /// the effort of the demonstration.
+    /// What the teacher shows, and the failure from which. The teacher of whole demonstrations begins again from
+    /// another start after a try that failed; so one who corrects begins again from another failure of the last
+    /// evaluation, as long as there is one, and gives up after as many tries. Tries that failed are added to `failed`,
+    /// and are part of the effort of the demonstration.
     fn shown(
         &self,
         model: &dyn Learned,

@@ -330,8 +330,8 @@ impl RunRecord {
         self.corrections.iter().find(|correction| correction.shows_change)
     }
 
-    /// The set of edits that all corrections made together; [`Edit::None`] where they made none. Empty where there was no
-    /// correction.
+    /// The set of edits that all corrections made together; [`Edit::None`] where they made none. Empty where there was
+    /// no correction.
     pub fn edits(&self) -> BTreeSet<Edit> {
         let mut edits: BTreeSet<Edit> = self.corrections.iter().flat_map(CorrectionRecord::edits).collect();
         if edits.len() > 1 {

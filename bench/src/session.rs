@@ -174,6 +174,7 @@ impl Conditions<'_> {
                 };
                 corrected |= !run.corrections.is_empty();
                 run.retained = self.retained(robot.model(), task, corrected)?;
+                run.structure = robot.structure().filter(|_| method.role() == Role::Correct);
                 for earlier in &settings[..index] {
                     let evaluation = self.during(RunPhase::Retain).evaluate(robot.model(), earlier)?;
                     run.earlier.insert(earlier.variation.clone().unwrap_or_default(), evaluation.rate);

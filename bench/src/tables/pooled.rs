@@ -93,8 +93,8 @@ pub(super) fn pooled_ratio(of: &OfRuns<'_, (f64, f64)>) -> Option<Pooled> {
     })
 }
 
-/// The same of shares. Where all agree, a bootstrap collapses at 0 or 1; then the interval is Wilson's of as many units,
-/// or variations, that agree.
+/// The same of shares. Where all agree, a bootstrap collapses at 0 or 1; then the interval is Wilson's of as many
+/// units, or variations, that agree.
 pub(super) fn pooled_share(of: &OfRuns<'_, (f64, f64)>) -> Option<Pooled> {
     let pooled = pooled_ratio(of)?;
     if pooled.value > 0.0 && pooled.value < 1.0 {
@@ -113,8 +113,8 @@ pub(super) fn pooled_share(of: &OfRuns<'_, (f64, f64)>) -> Option<Pooled> {
     })
 }
 
-/// The sums of a quantity over the units of these runs, in order: what a paired test is over. A test of sums is one of the
-/// mean over runs.
+/// The sums of a quantity over the units of these runs, in order: what a paired test is over. A test of sums is one of
+/// the mean over runs.
 pub(super) fn unit_sums(of: &OfRuns<'_, f64>) -> Vec<f64> {
     let sum = |places: Vec<usize>| places.iter().map(|place| of[*place].1).sum();
     clusters(of, |run| (run.key.task.clone(), run.key.seed)).into_values().map(sum).collect()
