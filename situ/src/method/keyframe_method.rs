@@ -83,7 +83,7 @@ const SITU: KeyframeMethod = KeyframeMethod {
 
 const REBUILD: KeyframeMethod = KeyframeMethod {
     name: "rebuild",
-    summary: "full retraining on all demonstrations, one global clustering, modifications by the rule of situ in order",
+    summary: "full retraining on all demonstrations, clustered at once, corrections replayed in order, modified as by situ",
     source: OURS,
     update: Update::Replay(Later::AsSitu),
     ..SITU
