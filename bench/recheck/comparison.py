@@ -53,7 +53,7 @@ class _Comparison:
         self.kept = [any(row[index] != Word("") for row in self.fields) for index in range(len(self.heads))]
 
     def whole(self, csv: Csv) -> Csv | None:
-        """CSV with the parts that are not written, which are empty; `None` where the heads are not as they ought to be."""
+        """CSV with the parts that are not written, which are empty; `None` where the heads are others than expected."""
         written = [name for name, is_kept in zip(self.heads, self.kept) if is_kept]
         if csv.heads != written:
             unknown = [name for name in csv.heads if name not in written]

@@ -1,10 +1,10 @@
 """Tables of what corrections reach and take, each by the definitions in its note."""
 
 from cells import Cell, Table, count, pooled, share, table, text
-from ledger import Ledger, Rate, Run
+from ledger import Effort, Ledger, Rate, Run
 from measures import (
     CONTROL, EFFORT, FROM_SCRATCH, INTERQUARTILE_MEAN, MEDIAN, SITU, all_edits, beside, effort_ratio, first_edits, made,
-    mean, median, of_runs, once, partners, pooled as over_runs, rate, share as share_of, success, update_ms,
+    mean, median, of_runs, once, partners, pooled as over_runs, rate, ratio, share as share_of, success, update_ms,
 )
 from rows import METHOD_KEYS, RUNS, UNITS, VARIATIONS, Row, efforts, endings, keys, method_key, rows
 
@@ -104,12 +104,20 @@ def t6(ledger: Ledger) -> Table:
     runs = [run for run in ledger.single() if run.edit != "none" and run.ending != "not_applicable"]
     of_rows = rows(runs, lambda run: (run.protocol, run.method, run.teacher))
 
+    def spent(row: Row) -> list[tuple[Run, list[Effort]]]:
+        # Teaching from scratch does not build on the originals.
+        return [(run, [run.effort] if run.method == FROM_SCRATCH else [run.originals, run.effort]) for run in row.runs]
+
     def failed(row: Row) -> Cell:
-        spent = [(run, [run.effort] if run.method == FROM_SCRATCH else [run.originals, run.effort]) for run in row.runs]
         return share_of([
             (run, (sum(one.tries - one.demonstrations for one in of), sum(one.tries for one in of)))
-            for run, of in spent
+            for run, of in spent(row)
         ])
+
+    def foreseen(row: Row) -> Cell:
+        if not any(one.foreseen for _, of in spent(row) for one in of):
+            return None
+        return ratio([(run, (sum(one.foreseen for one in of), sum(one.tries for one in of))) for run, of in spent(row)])
 
     def primitives(run: Run) -> float | None:
         return run.structure.nodes / run.structure.skills if run.structure and run.structure.skills else None
@@ -121,6 +129,7 @@ def t6(ledger: Ledger) -> Table:
         pooled("original", lambda row: success(row.counted(), lambda run: run.original_after)),
         *efforts(*EFFORT),
         pooled("failed", failed),
+        pooled("foreseen", foreseen),
         pooled("primitives_a_skill", lambda row: mean(row.counted(), primitives)),
     ]
     heading = "T6 teachers: what it takes, and what comes of it, by the teacher"

@@ -27,13 +27,14 @@ class Rate:
 
 @dataclass(frozen=True)
 class Effort:
-    """Demonstrations that the robot was given, tries that the teacher performed, and lengths over all tries."""
+    """Demonstrations that the robot was given, tries of the teacher, lengths over all tries, and grasps dropped."""
 
     demonstrations: int
     tries: int
     keyframes: int
     seconds: float
     metres: float
+    foreseen: int
 
 
 @dataclass(frozen=True)
@@ -216,7 +217,8 @@ def _rate_given(value: Object) -> Rate:
 
 
 def _effort(value: Object) -> Effort:
-    return Effort(**{name: value[name] for name in ("demonstrations", "tries", "keyframes", "seconds", "metres")})
+    names = ("demonstrations", "tries", "keyframes", "seconds", "metres")
+    return Effort(**{name: value[name] for name in names}, foreseen=value.get("foreseen", 0))
 
 
 def _structure(value: Object | None) -> Structure | None:

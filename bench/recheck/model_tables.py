@@ -272,6 +272,10 @@ def t7(ledger: Ledger) -> Table:
     def accuracy(row: Row) -> Cell:
         return share([(run, (sum(one.right), sum(one.choices))) for run, one in _calibrations(row)])
 
+    def error(row: Row) -> float | None:
+        all_of = [one for _, one in _calibrations(row)]
+        return CALIBRATION_ERROR.whole([CALIBRATION_ERROR.part(all_of)]) if all_of else None
+
     def explained(row: Row) -> Cell:
         return share([(run, (one.explained, one.segments)) for run, one in of_runs(row.runs, lambda run: run.held_out)])
 
@@ -280,8 +284,7 @@ def t7(ledger: Ledger) -> Table:
         count("choices", lambda row: sum(sum(one.choices) for _, one in _calibrations(row))),
         pooled("accuracy", accuracy),
         pooled("Brier", lambda row: over_runs(_calibrations(row), BRIER)),
-        number("ECE", lambda row: CALIBRATION_ERROR.whole([CALIBRATION_ERROR.part([one for _, one in _calibrations(row)])])
-               if _calibrations(row) else None),
+        number("ECE", error),
         pooled("explained", explained),
         pooled("likelihood", lambda row: median(row.runs, _likelihood)),
     ]

@@ -141,7 +141,8 @@ def _fits(row: Row) -> Cell:
     """The difference in hidden Markov models fitted at an update."""
 
     def fitted(run: Run) -> float | None:
-        return sum(one.counters["hmm_fits"] for one in run.corrections) / len(run.corrections) if run.corrections else None
+        fits = [one.counters["hmm_fits"] for one in run.corrections]
+        return sum(fits) / len(fits) if fits else None
 
     return difference((own, fitted(own), fitted(other)) for own, other in row.pairs)
 

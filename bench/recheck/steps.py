@@ -1,12 +1,12 @@
 """What each step from the former protocol to this one changes in the answers to the paper's two questions.
 
 Command:  python3 bench/recheck/steps.py ANNOUNCED SILENT
-Needs Python 3.10 and nothing else. Both are folders with a ledger of one protocol. Of the first, the runs of the teacher
-who errs in nothing are read (`expert`); of the second, those of one who errs in nothing but never names an object anew
-(`silent`), which is how the former protocol cut. The former reading counts five corrections at the most, of a run that did not reach the
-target what it spent, and success in the rollouts that ended the corrections. Each step changes one thing and keeps the
-ones before it; the last puts the full retraining that has SITU's rule of modification in place of the joint model.
-Every value has a 95 % interval by units (family and seed) within families.
+Needs Python 3.10 and nothing else. Both are folders with a ledger of one protocol. Of the first, the runs of the
+teacher who errs in nothing are read (`expert`); of the second, those of one who errs in nothing but never names an
+object anew (`silent`), which is how the former protocol cut. The former reading counts five corrections at the most,
+of a run that did not reach the target what it spent, and success in the rollouts that ended the corrections. Each step
+changes one thing and keeps the ones before it; the last puts the full retraining that has SITU's rule of modification
+in place of the joint model. Every value has a 95 % interval by units (family and seed) within families.
 """
 
 import random

@@ -218,13 +218,16 @@ pub struct TotalEffort {
     pub seconds: f64,
     /// Path length of the gripper over all tries, metres.
     pub metres: f64,
+    /// Grasps that the teacher thought of and dropped before trying; nobody saw them, so they are no tries.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub foreseen: u32,
 }
 
 impl TotalEffort {
     /// The effort of one try, and whether the robot was given it.
     pub fn of_try(effort: &TeachingEffort, given: bool) -> Self {
-        let TeachingEffort { keyframes, seconds, metres } = *effort;
-        Self { demonstrations: u32::from(given), tries: 1, keyframes, seconds, metres }
+        let TeachingEffort { keyframes, seconds, metres, foreseen } = *effort;
+        Self { demonstrations: u32::from(given), tries: 1, keyframes, seconds, metres, foreseen }
     }
 }
 
@@ -235,6 +238,7 @@ impl AddAssign for TotalEffort {
         self.keyframes += other.keyframes;
         self.seconds += other.seconds;
         self.metres += other.metres;
+        self.foreseen += other.foreseen;
     }
 }
 
@@ -449,7 +453,7 @@ pub struct CostRecord {
     /// The seed of the automaton. Together with the number of the correction it is the seed of the correction.
     pub seed: u64,
     /// The number of the correction among those of the same edit; left out where it is 0, the first.
-    #[serde(default, skip_serializing_if = "is_first")]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub correction: u32,
     /// |Z| at each step.
     pub applicable: Vec<u32>,
@@ -480,8 +484,8 @@ impl CostRecord {
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
-fn is_first(correction: &u32) -> bool {
-    *correction == 0
+fn is_zero(count: &u32) -> bool {
+    *count == 0
 }
 
 /// A number of things as the ledger writes it.

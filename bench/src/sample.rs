@@ -19,7 +19,8 @@ fn rate(successes: u32) -> Rate {
 
 fn effort(demonstrations: u32, keyframes: u32) -> TotalEffort {
     let seconds = 4.5 * f64::from(keyframes);
-    TotalEffort { demonstrations, tries: demonstrations, keyframes, seconds, metres: 0.25 * f64::from(keyframes) }
+    let metres = 0.25 * f64::from(keyframes);
+    TotalEffort { demonstrations, tries: demonstrations, keyframes, seconds, metres, foreseen: 0 }
 }
 
 fn correction(edit_made: Edit, applicable: u32, update_seconds: f64) -> CorrectionRecord {

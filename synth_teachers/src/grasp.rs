@@ -29,6 +29,8 @@ const MOST_TILT: f64 = 0.6;
 pub(crate) struct Hold {
     /// The object, and its pose in the gripper's frame by the script's grasp.
     taken: Option<(String, Isometry3<f64>)>,
+    /// Grasps that were thought of and dropped, because they would not hold.
+    pub(crate) dropped: u32,
 }
 
 impl Hold {
@@ -43,8 +45,14 @@ impl Hold {
         self.taken = frame
             .zip(body)
             .map(|(frame, body)| (skill.reference.clone(), grasp.pose.inverse() * frame.inverse() * body));
-        let drawn = (0..MOST_GRASPS).map(|_| mistakes.next_grasp()).find(|way| holds(way, skill, episode));
-        drawn.unwrap_or_else(Isometry3::identity)
+        for _ in 0..MOST_GRASPS {
+            let way = mistakes.next_grasp();
+            if holds(&way, skill, episode) {
+                return way;
+            }
+            self.dropped += 1;
+        }
+        Isometry3::identity()
     }
 
     /// Where the hand goes, so that what is in it gets to where the script would have it. None where nothing is held.

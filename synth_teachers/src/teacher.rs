@@ -25,6 +25,8 @@ pub struct TeachingEffort {
     pub seconds: f64,
     /// Path of the gripper, metres.
     pub metres: f64,
+    /// Grasps that were thought of and dropped, because they would not hold. Nobody saw them, so they are no tries.
+    pub foreseen: u32,
 }
 
 /// A demonstration given, or an attempt at one.
@@ -122,6 +124,7 @@ impl Teacher {
             keyframes: recorder.keyframes.len() as u32,
             seconds: episode.seconds() - seconds,
             metres: episode.path() - metres,
+            foreseen: hand.dropped,
         };
         clean &= !recorder.keyframes.is_empty();
         let demonstration = if recorder.keyframes.is_empty() || !episode.is_sound() {

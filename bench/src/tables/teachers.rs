@@ -2,8 +2,9 @@
 
 use situ::method::Role;
 
-use super::column::{Cell, Columns, Shape};
-use super::measure::{EFFORT, effort, mean, of_runs, share_of, success, units, variations};
+use super::column::{Bound, Cell, Columns, Shape};
+use super::measure::{EFFORT, cell, effort, mean, of_runs, share_of, success, units, variations};
+use super::pooled::pooled_ratio;
 use super::rows::{self, TeacherKey, role, rows, teacher_key};
 use super::table::{Publication, Table, Title};
 use crate::ledger::Canonical;
@@ -23,10 +24,11 @@ const TITLE: Title = Title {
         never learned) are counted apart; runs in which the teacher gave up count their budget of demonstrations. \
         `changed` and `original` are success after the last demonstration, from fresh starts. A try is a demonstration \
         that the teacher performed, given or not; `failed` is the share of tries that were not given, of the original \
-        task (but for teaching from scratch) and the changed one, untaught and spoilt runs among them. Tries and \
-        lengths of a run that did not reach the target are what was spent; a control is taught nothing and has no \
-        effort. `primitives a skill` are the nodes of the last model over the skills that they hold, as the teacher \
-        calls them. Two 95 % bootstrap intervals each: by units (family × seed) and by variations.",
+        task (but for teaching from scratch) and the changed one, untaught and spoilt runs among them. `foreseen` are \
+        the grasps, for each try, that the teacher thought of and dropped because they would not hold: nobody saw \
+        them. Tries and lengths of a run that did not reach the target are what was spent; a control is taught nothing \
+        and has no effort. `primitives a skill` are the nodes of the last model over the skills that they hold, as the \
+        teacher calls them. Two 95 % bootstrap intervals each: by units (family × seed) and by variations.",
 };
 
 type Row<'a> = rows::Row<TeacherKey<'a>, &'a RunRecord>;
@@ -34,6 +36,13 @@ type Row<'a> = rows::Row<TeacherKey<'a>, &'a RunRecord>;
 /// The runs of a row that say something about the method.
 fn counted<'a>(row: &Row<'a>) -> impl Iterator<Item = &'a RunRecord> {
     row.of.clone().into_iter().filter(|run| run.outcome.counts())
+}
+
+/// What was spent on the changed task and on the original one, on which teaching from scratch does not build.
+fn spent(run: &RunRecord) -> TotalEffort {
+    let mut spent = if role(&run.key.method) == Role::FromScratch { TotalEffort::default() } else { run.original };
+    spent += run.effort;
+    spent
 }
 
 fn columns<'a>() -> Columns<'a, Row<'a>> {
@@ -61,14 +70,17 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
     columns
         .column("failed", Shape::Pooled(2), |row| {
             let failed = |run: &RunRecord| {
-                // Teaching from scratch builds on no original.
-                let is_anew = role(&run.key.method) == Role::FromScratch;
-                let original = if is_anew { TotalEffort::default() } else { run.original };
-                let tries = original.tries + run.effort.tries;
-                let given = original.demonstrations + run.effort.demonstrations;
-                Some((f64::from(tries - given.min(tries)), f64::from(tries)))
+                let TotalEffort { demonstrations, tries, .. } = spent(run);
+                Some((f64::from(tries - demonstrations.min(tries)), f64::from(tries)))
             };
             share_of(&of_runs(row.of.iter().copied(), failed))
+        })
+        .column("foreseen", Shape::Pooled(2), |row| {
+            let foreseen = |run: &RunRecord| Some((f64::from(spent(run).foreseen), f64::from(spent(run).tries)));
+            let of = of_runs(row.of.iter().copied(), foreseen);
+            // A teacher who takes everything as the script does has nothing to foresee.
+            let is_any = of.iter().any(|(_, (dropped, _))| *dropped > 0.0);
+            cell(pooled_ratio(&of).filter(|_| is_any), Bound::Exact)
         })
         .column("primitives_a_skill", Shape::Pooled(2), |row| {
             let ratio = |run: &RunRecord| {
