@@ -10,6 +10,8 @@ from cells import ENDINGS, Between, Cell, Column, Exact, Field, Percentile, Tabl
 from published import Csv, Markdown
 from resampling import HALF, near
 
+# Below this a corrected p-value shows a difference.
+LEVEL = 0.05
 _NUMBER = re.compile(r"-?\d+\.\d{6}")
 # The columns of which the sentences above a table speak, in their order.
 SPOKEN = {
@@ -146,8 +148,30 @@ class _Comparison:
                     self.differs(row, f"{column.head()} in Markdown", str(own), cell)
         self.sentences(markdown)
 
+    def verdicts(self, markdown: Markdown) -> None:
+        """The sentences above the paired table: one for each test, where SITU is worse first."""
+        expected: list[tuple[int, str]] = []
+        for row in markdown.rows:
+            cells = dict(zip(markdown.heads, row))
+            for name in ("success", "demonstrations", "original"):
+                p = cells.get(f"Holm {name}", "–")
+                if p == "–":
+                    continue
+                is_more = (float(cells[name].split()[0]) > 0) != (name == "demonstrations")
+                rank = 1 if float(p) >= LEVEL else 2 if is_more else 0
+                words = ("worse", "no difference is shown", "better")[rank]
+                beginning = f"`situ` against `{cells['other']}`, {cells['teacher']}, {name}"
+                expected.append((rank, f"{beginning}: {words}: {cells[name]}, Holm {p}."))
+        said = [sentence for _, sentence in sorted(expected, key=lambda one: one[0])]
+        self.findings.markdown += len(said)
+        if markdown.sentences != said:
+            self.differs("sentences", "all", str(said), str(markdown.sentences))
+
     def sentences(self, markdown: Markdown) -> None:
         """The sentences above a table say what its rows say."""
+        if self.table.name == "paired":
+            self.verdicts(markdown)
+            return
         spoken = SPOKEN.get(self.table.name)
         rows = {tuple(row[:4]): dict(zip(markdown.heads, row)) for row in markdown.rows}
         wanted = {

@@ -8,7 +8,7 @@ use super::column::{Bound, Cell, Columns, Shape, some};
 use super::measure::{cell, difference, share, units};
 use super::pooled::{Pooled, draws, pooled_by, pooled_ratio, unit_sums, variation};
 use super::rows::{MethodName, role, rows};
-use super::table::{Publication, Table, Title};
+use super::table::{self, Publication, Table, Title};
 use crate::ledger::Canonical;
 use crate::record::{Record, RunRecord};
 use crate::stats;
@@ -35,6 +35,9 @@ const TITLE: Title = Title {
         method on the same variation, ties half, averaged over variations (Agarwal et al. 2021), each weighed by its \
         runs.",
 };
+
+/// Below this a corrected p-value shows a difference.
+const LEVEL: f64 = 0.05;
 
 /// The method that is compared.
 const SITU: &str = "situ";
@@ -127,6 +130,55 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
     columns.column("fits", Shape::Pooled(1), |row| row.fits.clone())
 }
 
+/// What a test says of SITU.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Verdict {
+    Worse,
+    NotShown,
+    Better,
+}
+
+impl Verdict {
+    /// Fewer demonstrations are better, and more of everything else.
+    fn of(measure: usize, tested: &Tested) -> Self {
+        let is_more = (tested.difference.value > 0.0) != (MEASURES[measure].0[0] == "demonstrations");
+        match (tested.corrected < LEVEL, is_more) {
+            (false, _) => Self::NotShown,
+            (true, true) => Self::Better,
+            (true, false) => Self::Worse,
+        }
+    }
+
+    const fn words(self) -> &'static str {
+        match self {
+            Self::Worse => "worse",
+            Self::NotShown => "no difference is shown",
+            Self::Better => "better",
+        }
+    }
+}
+
+/// A sentence for each test, where SITU is worse first.
+fn said(table: &[Row<'_>]) -> Vec<String> {
+    let tests = table.iter().flat_map(|row| {
+        let tested = row.tested.iter().enumerate();
+        tested.filter_map(move |(measure, tested)| Some((row, measure, tested.as_ref()?)))
+    });
+    let mut said: Vec<(Verdict, String)> = tests
+        .map(|(row, measure, tested)| {
+            let verdict = Verdict::of(measure, tested);
+            let name = MEASURES[measure].0[0];
+            let digits = Shape::Pooled(2);
+            let difference = table::markdown(digits, &Cell::Pooled(tested.difference, Bound::Exact));
+            let (teacher, other, words) = (row.key.1, row.key.2.name, verdict.words());
+            let p = table::markdown(Shape::Number(4), &Cell::Number(tested.corrected));
+            (verdict, format!("`{SITU}` against `{other}`, {teacher}, {name}: {words}: {difference}, Holm {p}."))
+        })
+        .collect();
+    said.sort_by_key(|(verdict, _)| *verdict);
+    said.into_iter().map(|(_, sentence)| sentence).collect()
+}
+
 fn table(records: &Canonical) -> Table {
     let runs = || records.iter().filter_map(Record::single_run).filter(|run| run.counts_for_an_edit());
     let place = |run: &RunRecord| {
@@ -153,5 +205,6 @@ fn table(records: &Canonical) -> Table {
     for (tested, corrected) in tests.iter_mut().zip(corrected) {
         tested.corrected = corrected;
     }
-    Table::new(TITLE, columns(), &table, table.iter().map(|row| (row.key.0, row.runs)))
+    let said = said(&table);
+    Table::new(TITLE, columns(), &table, table.iter().map(|row| (row.key.0, row.runs))).saying(said)
 }

@@ -162,6 +162,10 @@ fn what_paired_must_say() {
     // One unit ties and one gains 6 of 10: the sign of one difference can show nothing.
     assert_eq!([of("success"), of("p_success"), of("least_p")], ["0.300000", "1.000000", "1.000000"]);
     assert_eq!([of("demonstrations"), of("fits")], ["-3.000000", "0.000000"]);
+    let text = paired::PAIRED.tables(&canonical())[0].to_markdown(&heading(), "x");
+    let sentence =
+        "- `situ` against `rebuild`, competent, success: no difference is shown: 0.30 [0.00, 0.60], Holm 1.0000.";
+    assert!(text.contains(sentence), "{text}");
     assert_eq!(of("improvement"), "0.750000", "10 and 10 against 10 and 4: two of four pairs are ties, two are won");
 }
 
