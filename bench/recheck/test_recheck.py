@@ -260,14 +260,17 @@ class Planted(unittest.TestCase):
 
 
 def drawn_places(table: Table) -> set[tuple[tuple[str, ...], int]]:
-    """The places of drawn fields: the key of the row and the column."""
+    """The places of drawn fields: the key of the row, and the column among those that are written."""
+    rows = [
+        [field for column, cell in zip(table.columns, cells) for field in (cell or [Word("")] * len(column.fields()))]
+        for cells in table.rows
+    ]
+    written = [index for index, fields in enumerate(zip(*rows)) if any(field != Word("") for field in fields)]
     places = set()
-    for cells in table.rows:
-        fields = [
-            field for column, cell in zip(table.columns, cells) for field in (cell or [Word("")] * len(column.fields()))
-        ]
+    for fields in rows:
         key = tuple(field.text for field in fields[: len(table.keys)] if isinstance(field, Word))
-        places |= {(key, place) for place, field in enumerate(fields) if not isinstance(field, Word | Exact)}
+        drawn = (place for place, index in enumerate(written) if not isinstance(fields[index], Word | Exact))
+        places |= {(key, place) for place in drawn}
     return places
 
 
