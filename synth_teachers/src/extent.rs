@@ -101,6 +101,14 @@ impl Extent for Misaligned {
     }
 }
 
+/// The sizes of what is off in position, metres, and in rotation, degrees.
+fn sizes(position: f64, rotation: f64) -> [Size; 2] {
+    [
+        Size { key: "position", value: position, unit: "metres", most: 1.0 },
+        Size { key: "rotation", value: rotation, unit: "degrees", most: 180.0 },
+    ]
+}
+
 /// How differently one person takes hold of one thing. It always happens, so it has no rate.
 ///
 /// A grasp is off along the two axes across the gripper's own z axis and turned about it, by Student's t of so many
@@ -118,10 +126,7 @@ pub struct Spread {
 
 impl Spread {
     pub(crate) fn sizes(&self) -> [Size; 2] {
-        [
-            Size { key: "position", value: self.position, unit: "metres", most: 1.0 },
-            Size { key: "rotation", value: self.rotation, unit: "degrees", most: 180.0 },
-        ]
+        sizes(self.position, self.rotation)
     }
 }
 
@@ -137,9 +142,6 @@ pub struct Noise {
 
 impl Noise {
     pub(crate) fn sizes(&self) -> [Size; 2] {
-        [
-            Size { key: "position", value: self.position, unit: "metres", most: 1.0 },
-            Size { key: "rotation", value: self.rotation, unit: "degrees", most: 180.0 },
-        ]
+        sizes(self.position, self.rotation)
     }
 }

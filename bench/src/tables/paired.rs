@@ -7,7 +7,7 @@ use situ::method::Role;
 use super::column::{Bound, Cell, Columns, Shape, some};
 use super::measure::{cell, difference, share, units};
 use super::pooled::{Pooled, draws, pooled_by, pooled_ratio, unit_sums, variation};
-use super::rows::{MethodName, role, rows};
+use super::rows::{MethodName, place, role, rows};
 use super::table::{self, Publication, Table, Title};
 use crate::ledger::Canonical;
 use crate::record::{Record, RunRecord};
@@ -181,10 +181,6 @@ fn said(table: &[Row<'_>]) -> Vec<String> {
 
 fn table(records: &Canonical) -> Table {
     let runs = || records.iter().filter_map(Record::single_run).filter(|run| run.counts_for_an_edit());
-    let place = |run: &RunRecord| {
-        let key = &run.key;
-        (key.protocol.clone(), key.task.clone(), key.variation.clone(), key.teacher.clone(), key.seed)
-    };
     let own: BTreeMap<_, &RunRecord> =
         runs().filter(|run| run.key.method == SITU).map(|run| (place(run), run)).collect();
     let others = runs().filter(|run| run.key.method != SITU && role(&run.key.method) != Role::Control);

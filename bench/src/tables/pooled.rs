@@ -31,7 +31,7 @@ pub(super) fn draws() -> u64 {
 }
 
 /// The runs that are drawn together, by their places in a list.
-fn clusters<K: Ord, T>(of: &OfRuns<'_, T>, key: impl Fn(&RunRecord) -> K) -> BTreeMap<K, Vec<usize>> {
+fn clusters<'a, K: Ord, T>(of: &OfRuns<'a, T>, key: impl Fn(&'a RunRecord) -> K) -> BTreeMap<K, Vec<usize>> {
     let mut clusters: BTreeMap<K, Vec<usize>> = BTreeMap::new();
     for (place, (run, _)) in of.iter().enumerate() {
         clusters.entry(key(run)).or_default().push(place);
@@ -66,7 +66,7 @@ pub(super) fn pooled_by<T>(
         };
         stats::bootstrap_within(strata, draws(), of).map(|estimate| (estimate.low, estimate.high))
     };
-    let units = clusters(of, |run| (run.key.task.clone(), run.key.seed));
+    let units = clusters(of, unit);
     let mut families: BTreeMap<&str, usize> = BTreeMap::new();
     for (task, _) in units.keys() {
         *families.entry(task).or_default() += 1;
@@ -75,7 +75,7 @@ pub(super) fn pooled_by<T>(
     if strata.contains(&1) {
         strata = vec![units.len()];
     }
-    let variations = clusters(of, |run| (run.key.task.clone(), run.key.variation.clone()));
+    let variations = clusters(of, variation);
     let count = variations.len();
     Some(Pooled {
         value,
@@ -104,8 +104,8 @@ pub(super) fn pooled_share(of: &OfRuns<'_, (f64, f64)>) -> Option<Pooled> {
         let count = count as u32;
         stats::wilson(if pooled.value > 0.0 { count } else { 0 }, count)
     };
-    let units = clusters(of, |run| (run.key.task.clone(), run.key.seed)).len();
-    let variations = clusters(of, |run| (run.key.task.clone(), run.key.variation.clone())).len();
+    let units = clusters(of, unit).len();
+    let variations = clusters(of, variation).len();
     Some(Pooled {
         value: pooled.value,
         units: pooled.units.map(|_| agreeing(units)),
@@ -117,7 +117,7 @@ pub(super) fn pooled_share(of: &OfRuns<'_, (f64, f64)>) -> Option<Pooled> {
 /// the mean over runs.
 pub(super) fn unit_sums(of: &OfRuns<'_, f64>) -> Vec<f64> {
     let sum = |places: Vec<usize>| places.iter().map(|place| of[*place].1).sum();
-    clusters(of, |run| (run.key.task.clone(), run.key.seed)).into_values().map(sum).collect()
+    clusters(of, unit).into_values().map(sum).collect()
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use situ::method::Role;
 use super::column::{Cell, Columns, Shape};
 use super::group::Group;
 use super::measure::{EFFORT, Measure, difference, effort_ratio, share, units, variations};
-use super::rows::{self, MethodName, role, rows};
+use super::rows::{self, MethodName, place, role, rows};
 use super::table::{self, Publication, Table, Title};
 use crate::ledger::Canonical;
 use crate::record::{Pooled, Rate, Record, RunRecord};
@@ -104,10 +104,6 @@ fn separate_gain(row: &Row, own: fn(&RunRecord) -> Option<Rate>, joint: fn(&Pool
 
 fn scratch(records: &Canonical) -> Table {
     let runs = || records.iter().filter_map(Record::single_run).filter(|run| run.outcome.counts());
-    let place = |run: &RunRecord| {
-        let key = &run.key;
-        (key.protocol.clone(), key.task.clone(), key.variation.clone(), key.teacher.clone(), key.seed)
-    };
     let anew = runs().filter(|run| run.key.method == "from_scratch");
     let anew: BTreeMap<_, &RunRecord> = anew.map(|run| (place(run), run)).collect();
     let corrected = runs().filter(|run| role(&run.key.method) == Role::Correct);

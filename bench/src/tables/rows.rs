@@ -101,6 +101,12 @@ impl<'a> From<&'a RunRecord> for CellKey<'a> {
     }
 }
 
+/// The cell of a run but for the method, and its seed: what runs of two methods are paired by.
+pub(super) fn place(run: &RunRecord) -> (&str, &str, &str, &str, u64) {
+    let key = &run.key;
+    (&key.protocol, &key.task, &key.variation, &key.teacher, key.seed)
+}
+
 /// A row of runs that stand alone, beside the runs of another method.
 pub(super) struct Compared<'a, K> {
     pub(super) row: Row<K, &'a RunRecord>,
@@ -118,8 +124,6 @@ pub(super) fn compared<'a, K: Ord>(
     has_partner: fn(&RunRecord) -> bool,
 ) -> Vec<Compared<'a, K>> {
     let runs = || records.iter().filter_map(Record::single_run);
-    let place =
-        |run: &'a RunRecord| (&run.key.protocol, &run.key.task, &run.key.variation, &run.key.teacher, run.key.seed);
     let partners = runs().filter(|run| run.key.method == other && run.outcome.counts());
     let partners: BTreeMap<_, &RunRecord> = partners.map(|run| (place(run), run)).collect();
     let compared = |row: Row<K, &'a RunRecord>| {

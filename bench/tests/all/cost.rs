@@ -4,36 +4,17 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-const PROTOCOL: &str = r#"
-name = "small"
-analysis = "The update cost of the smallest automaton: a test."
-tasks = []
-teachers = ["novice"]
-methods = ["situ"]
-seeds = 1
-target = 0.9
-rollouts = 1
-confidence = 0.3
-execution = "sample"
+use crate::small;
 
-[budget]
-least_originals = 3
-originals = 3
-demonstrations = 1
-
-[[cost]]
-series = "nodes"
-methods = ["situ", "rebuild"]
-nodes = [10]
-seeds = 1
-"#;
+/// The methods whose updates are measured.
+const METHODS: &str = r#"["situ", "rebuild"]"#;
 
 /// The protocol's runs must be those of the folder `published`, and so must its tables, all but the times.
 #[test]
 fn a_run_is_checked_against_published_records_and_tables() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    fs::write(folder.join("small.toml"), PROTOCOL).unwrap();
+    fs::write(folder.join("small.toml"), small::costs(METHODS)).unwrap();
     let run = |more: &[&str]| {
         let words = ["run", "--protocol", "small.toml", "--out"];
         Command::new(env!("CARGO_BIN_EXE_situ-bench")).args(words).args(more).current_dir(folder).output().unwrap()
@@ -73,7 +54,7 @@ fn cost(folder: &Path, more: &[&str]) -> Output {
 fn what_was_minted_is_agreed_with_and_what_grew_is_a_failure() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    fs::write(folder.join("small.toml"), PROTOCOL).unwrap();
+    fs::write(folder.join("small.toml"), small::costs(METHODS)).unwrap();
     let said = |output: &Output| String::from_utf8_lossy(&output.stdout).into_owned();
 
     let missing = cost(folder, &["--check"]);
@@ -99,8 +80,11 @@ fn what_was_minted_is_agreed_with_and_what_grew_is_a_failure() {
     assert!(said(&checked).contains(&format!("em_iterations {} → {number}", number - 1)), "{}", said(&checked));
 
     // A protocol without a cost series has nothing to measure.
-    fs::write(folder.join("small.toml"), PROTOCOL.split("[[cost]]").next().unwrap().replace("[]", "[\"pour\"]"))
-        .unwrap();
+    fs::write(
+        folder.join("small.toml"),
+        small::costs(METHODS).split("[[cost]]").next().unwrap().replace("[]", "[\"pour\"]"),
+    )
+    .unwrap();
     let refused = cost(folder, &[]);
     assert_eq!(refused.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("no cost series"));

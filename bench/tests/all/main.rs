@@ -10,5 +10,6 @@ mod published;
 mod readme;
 mod run;
 mod show;
+mod small;
 mod tutorial;
 mod update_cost;

@@ -5,32 +5,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use crate::small;
 use situ_bench::manifest::{Manifest, Provenance};
-
-/// Nothing but the cost of four updates: a run takes no time.
-pub(crate) const COSTS: &str = r#"
-name = "small"
-analysis = "The update cost of the smallest automaton: a test."
-tasks = []
-teachers = ["novice"]
-methods = ["situ"]
-seeds = 1
-target = 0.9
-rollouts = 1
-confidence = 0.3
-execution = "sample"
-
-[budget]
-least_originals = 3
-originals = 3
-demonstrations = 1
-
-[[cost]]
-series = "nodes"
-methods = ["situ"]
-nodes = [10]
-seeds = 1
-"#;
 
 /// Runs the program in a folder.
 pub(crate) fn program(folder: &Path, words: &[&str]) -> Output {
@@ -78,8 +54,9 @@ fn a_manifest_says_what_made_the_folder() {
     let temporary = tempfile::tempdir().unwrap();
     let folder = temporary.path();
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let protocol =
-        COSTS.replace("tasks = []", "tasks = [\"press\", \"stool\"]").replace("\"novice\"", "\"novice\", \"me\"");
+    let protocol = small::costs(r#"["situ"]"#)
+        .replace("tasks = []", "tasks = [\"press\", \"stool\"]")
+        .replace("\"novice\"", "\"novice\", \"me\"");
     fs::write(folder.join("small.toml"), protocol).unwrap();
     fs::create_dir(folder.join("mine")).unwrap();
     let press = fs::read_to_string(root.join("tasks/library/press.toml")).unwrap();
@@ -125,7 +102,7 @@ fn a_manifest_says_what_made_the_folder() {
 fn ledgers_of_different_provenance_do_not_mix_without_being_told() {
     let temporary = tempfile::tempdir().unwrap();
     let folder = temporary.path();
-    fs::write(folder.join("small.toml"), COSTS).unwrap();
+    fs::write(folder.join("small.toml"), small::costs(r#"["situ"]"#)).unwrap();
     for (out, seed) in [("one", "1"), ("two", "2")] {
         printed(folder, &["run", "--protocol", "small.toml", "--seed", seed, "--out", out]);
     }
@@ -167,7 +144,7 @@ fn ledgers_of_different_provenance_do_not_mix_without_being_told() {
 fn a_run_goes_on_with_its_own_ledger_alone() {
     let temporary = tempfile::tempdir().unwrap();
     let folder = temporary.path();
-    fs::write(folder.join("small.toml"), COSTS).unwrap();
+    fs::write(folder.join("small.toml"), small::costs(r#"["situ"]"#)).unwrap();
     let begin = ["run", "--protocol", "small.toml", "--out", "runs"];
     let resume = [&begin[..], &["--resume"]].concat();
     printed(folder, &begin);
@@ -193,7 +170,7 @@ fn a_run_goes_on_with_its_own_ledger_alone() {
 fn a_superseded_folder_says_so_in_every_table() {
     let temporary = tempfile::tempdir().unwrap();
     let folder = temporary.path();
-    fs::write(folder.join("small.toml"), COSTS).unwrap();
+    fs::write(folder.join("small.toml"), small::costs(r#"["situ"]"#)).unwrap();
     printed(folder, &["run", "--protocol", "small.toml", "--out", "small"]);
     let read = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
     let supersede = |why: &str| printed(folder, &["supersede", "small", "--because", why]);

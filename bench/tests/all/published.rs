@@ -22,7 +22,8 @@ use situ_bench::spending::Spending;
 use situ_tasks::{Plant, Registry};
 use situ_teachers::Roster;
 
-use crate::provenance::{COSTS, printed};
+use crate::provenance::printed;
+use crate::small;
 
 struct Silent;
 
@@ -157,26 +158,6 @@ fn every_published_folder_is_what_the_present_code_makes() {
     assert!(different.is_empty(), "make them anew, or supersede them:\n{}", different.join("\n"));
 }
 
-/// One run in physics: the least that a method is taught and corrected in.
-const PHYSICS: &str = r#"
-name = "small"
-analysis = "One family, one expert, few rollouts: a test."
-tasks = ["sort_blocks"]
-teachers = ["expert"]
-methods = ["situ"]
-joint = ["situ"]
-seeds = 1
-target = 0.5
-rollouts = 2
-confidence = 0.3
-execution = "sample"
-
-[budget]
-least_originals = 2
-originals = 2
-demonstrations = 1
-"#;
-
 /// Changes the first number behind these words in the folder's ledger by one.
 fn plant(folder: &Path, words: &str) {
     let path = folder.join("ledger.jsonl");
@@ -191,7 +172,9 @@ fn plant(folder: &Path, words: &str) {
 fn a_planted_difference_is_found() {
     let temporary = tempfile::tempdir().unwrap();
     let folder = temporary.path();
-    for (name, protocol, more) in [("costs", COSTS, &[][..]), ("physics", PHYSICS, &["--variation", "bump"])] {
+    let situ = r#"["situ"]"#;
+    let (costs, physics) = (small::costs(situ), small::physics(situ));
+    for (name, protocol, more) in [("costs", costs, &[][..]), ("physics", physics, &["--variation", "bump"])] {
         let file = format!("{name}.toml");
         fs::write(folder.join(&file), protocol).unwrap();
         printed(folder, &[&["run", "--protocol", &file, "--out", name], more].concat());

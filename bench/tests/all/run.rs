@@ -7,6 +7,7 @@ use std::process::Command;
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
+use crate::small;
 use situ::edit::Edit;
 use situ_bench::error::BenchError;
 use situ_bench::ledger::{self, Canonical, Ledger};
@@ -18,30 +19,9 @@ use situ_bench::spending::Spending;
 use situ_tasks::Registry;
 use situ_teachers::Roster;
 
-const PROTOCOL: &str = r#"
-name = "small"
-analysis = "One family, one expert, few rollouts: a test."
-tasks = ["sort_blocks"]
-teachers = ["expert"]
-methods = ["situ", "rebuild", "no_update"]
-joint = ["situ"]
-seeds = 1
-target = 0.5
-rollouts = 2
-confidence = 0.3
-execution = "sample"
-
-[budget]
-least_originals = 2
-originals = 2
-demonstrations = 1
-
-[[cost]]
-series = "nodes"
-methods = ["situ"]
-nodes = [10]
-seeds = 1
-"#;
+fn small_protocol() -> String {
+    small::physics(r#"["situ", "rebuild", "no_update"]"#) + &small::series(r#"["situ"]"#)
+}
 
 struct Silent;
 
@@ -51,7 +31,7 @@ impl Progress for Silent {
 }
 
 fn plan(filter: &Filter, roster: &Roster) -> Plan {
-    let protocol = Protocol::parse(PROTOCOL, Path::new("small.toml")).unwrap();
+    let protocol = Protocol::parse(&small_protocol(), Path::new("small.toml")).unwrap();
     Plan::new(protocol, filter, &Registry::builtin().unwrap(), roster).unwrap()
 }
 
@@ -220,10 +200,10 @@ fn an_interrupt_leaves_a_good_ledger() {
 fn bad_names_and_protocols_exit_with_2_and_say_what_would_be_right() {
     let folder = tempfile::tempdir().unwrap();
     let protocol = folder.path().join("bad.toml");
-    std::fs::write(&protocol, PROTOCOL.replace("target = 0.5", "target = 1.5")).unwrap();
+    std::fs::write(&protocol, small_protocol().replace("target = 0.5", "target = 1.5")).unwrap();
     let protocol = protocol.to_str().unwrap();
     let apart = folder.path().join("apart.toml");
-    std::fs::write(&apart, PROTOCOL.replace("joint = [\"situ\"]", "joint = [\"narrated_hierarchy\"]")).unwrap();
+    std::fs::write(&apart, small_protocol().replace("joint = [\"situ\"]", "joint = [\"narrated_hierarchy\"]")).unwrap();
     let cases: [(&[&str], &[&str]); 8] = [
         (&["run", "--task", "pours"], &["pours", "pour", "sort_blocks"]),
         (&["run", "--variation", "lids"], &["lids", "vase", "high_bins"]),
@@ -266,7 +246,7 @@ fn the_built_in_protocols_can_be_run() {
 #[test]
 fn a_run_without_the_arm_has_a_name_of_its_own() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("small.toml"), PROTOCOL.replace("\"sort_blocks\"", "\"press\"")).unwrap();
+    std::fs::write(folder.path().join("small.toml"), small_protocol().replace("\"sort_blocks\"", "\"press\"")).unwrap();
     let run = |more: &[&str]| {
         let words =
             ["run", "--protocol", "small.toml", "--variation", "bump", "--method", "no_update", "--out", "runs"];
