@@ -19,6 +19,17 @@ SPOKEN = {
     "separate_or_joint": ("success", "original"),
 }
 
+# The groups of which a sentence is said, by their name in it.
+SPOKEN_GROUPS = {
+    "every edit": "all",
+    "all but self-loops": "all but self-loops",
+    "node-modification: shown": "node-modification: shown",
+    "node-modification: not shown": "node-modification: not shown",
+}
+BEGINNING = re.compile(
+    rf"`situ`, (.*?), ({'|'.join(map(re.escape, SPOKEN_GROUPS))}) \((\d+) runs, (\d+) units, (\d+) variations\)"
+)
+
 
 @dataclass(frozen=True)
 class Disagreement:
@@ -176,16 +187,15 @@ class _Comparison:
         rows = {tuple(row[:4]): dict(zip(markdown.heads, row)) for row in markdown.rows}
         wanted = {
             (teacher, group) for (_, teacher, method, group) in rows
-            if spoken and method == "situ" and group in ("all", "all but self-loops")
+            if spoken and method == "situ" and group in SPOKEN_GROUPS.values()
         }
         said = set()
         for sentence in markdown.sentences:
-            beginning = re.match(r"`situ`, (.*?), (every edit|all but self-loops) \((\d+) runs, (\d+) units, "
-                                 r"(\d+) variations\)", sentence)
+            beginning = BEGINNING.match(sentence)
             if not spoken or not beginning:
                 self.differs("sentence", "all", "none like it", sentence)
                 continue
-            teacher, group = beginning[1], beginning[2].replace("every edit", "all")
+            teacher, group = beginning[1], SPOKEN_GROUPS[beginning[2]]
             said.add((teacher, group))
             row = next((row for key, row in rows.items() if key[1:] == (teacher, "situ", group)), {})
             numbers = re.findall(r"[≥≤~]?-?\d+\.\d+(?: \[[^]]*\])*", sentence)

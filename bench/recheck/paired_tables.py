@@ -1,7 +1,9 @@
 """Tables that hold one method against another, each by the definitions in its note."""
 
+import csv
 import math
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import resampling
 import summaries
@@ -14,15 +16,41 @@ from measures import (
 from rows import RUNS, UNITS, VARIATIONS, Pair, Row, keys
 
 
-def _groups(run: Run) -> list[str]:
-    """The groups of pooled rows that a run is in."""
-    if run.edit == "none":
-        return []
+LIST_OF_SHOWN = Path(__file__).parents[2] / "results" / "tasks" / "shown.csv"
+
+
+def _shown() -> dict[tuple[str, str], bool]:
+    """Whether a task and variation shows its change at every decision that differs, by the committed list."""
+    shown: dict[tuple[str, str], bool] = {}
+    with LIST_OF_SHOWN.open(newline="", encoding="utf-8") as lines:
+        for row in csv.DictReader(lines):
+            changed = row["task"], row["variation"]
+            shown[changed] = shown.get(changed, True) and row["shown"] == "true"
+    return shown
+
+
+SHOWN = _shown()
+
+
+def _edit_groups(run: Run) -> list[str]:
+    """The groups by edit of pooled rows that a run is in."""
     if run.edit != "edge-addition":
         return ["all", "all but self-loops", run.edit]
     if run.self_loop:
         return ["all", "edge-addition: self-loop"]
     return ["all", "all but self-loops", "edge-addition: other"]
+
+
+def _groups(run: Run) -> list[str]:
+    """The groups of pooled rows that a run is in."""
+    if run.edit == "none":
+        return []
+    shown = SHOWN.get(run.changed_task())
+    if shown is None:
+        return _edit_groups(run)
+    word = "shown" if shown else "not shown"
+    apart = [f"{run.edit}: {word}"] if run.edit == "node-modification" else []
+    return [*_edit_groups(run), *apart, f"all: {word}"]
 
 
 QUESTION_KEYS = ("protocol", "teacher", "method", "edit_needed")

@@ -47,6 +47,7 @@ pub mod runner;
 #[cfg(test)]
 mod sample;
 pub mod session;
+pub mod shown;
 pub mod spending;
 pub mod starts;
 pub mod stats;

@@ -1,6 +1,7 @@
 //! `check`: whether tasks are what their files claim.
 
 use std::fmt::Write;
+use std::iter;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -15,6 +16,7 @@ use crate::cost;
 use crate::error::BenchError;
 use crate::files;
 use crate::record::Rate;
+use crate::shown;
 
 mod layout;
 mod tuition;
@@ -32,7 +34,8 @@ Prints one row for each task and variation, and then what is wrong. Exit status 
 
 With --teacher, wrong is a teacher who gives up in more than one start of twenty, and a variation that needs no edit \
 in which the learned model succeeds less often than in the original task: the sign-flip test of the differences, one \
-for each seed, over all such variations by Holm, below 5 %.
+for each seed, over all such variations by Holm, below 5 %. Seeds so few that they cannot tell leave it open, as the \
+        table then says.
 
 With --visible, a change is shown at a decision where one feature has an area under the curve of 0.95 or more, above \
 those of all of 1000 relabellings of the starts.
@@ -67,7 +70,7 @@ pub struct Check {
     /// task where another decision has to be made.
     #[arg(long)]
     pub visible: bool,
-    /// Also writes the table to this file, as Markdown.
+    /// Also writes the table to this file, as Markdown; with --visible, a list for programs beside it (.csv).
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// Threads. One for each processor where it is not given.
@@ -112,8 +115,9 @@ impl Check {
             return self.speed(&settings);
         }
         if self.visible {
-            let said = visible::said(&registry, &settings, &seeds, self.jobs)?;
-            return Ok(Checked { text: self.write(&said)?, is_sound: true });
+            let (said, rows) = visible::said(&registry, &settings, &seeds, self.jobs)?;
+            let list = self.out.iter().map(|path| (path.with_extension("csv"), shown::to_csv(&rows)));
+            return Ok(Checked { text: self.write(&said, list)?, is_sound: true });
         }
         if let Some(name) = &self.teacher {
             let teacher = Teacher::new(self.library.roster()?.get(name)?.clone());
@@ -162,7 +166,7 @@ impl Check {
 
     /// What was said, which is written to a file where the user wants that, and then what is wrong.
     fn checked(&self, said: &str, findings: &[String]) -> Result<Checked, BenchError> {
-        let mut text = self.write(said)?;
+        let mut text = self.write(said, [])?;
         findings.iter().for_each(|finding| writeln!(text, "wrong: {finding}").expect("in memory"));
         Ok(Checked { text, is_sound: findings.is_empty() })
     }
@@ -181,11 +185,12 @@ impl Check {
         Ok(settings)
     }
 
-    /// The text as it is printed. It is also written to a file, where the user wants that.
-    fn write(&self, text: &str) -> Result<String, BenchError> {
+    /// The text as it is printed. It is also written to a file, where the user wants that, and others beside it.
+    fn write(&self, text: &str, beside: impl IntoIterator<Item = (PathBuf, String)>) -> Result<String, BenchError> {
         if let Some(path) = &self.out {
             let made_by = format!("Made by `{}`; do not edit.", self.command());
-            files::write_all(&[(path.clone(), &format!("{made_by}\n\n{text}"))])?;
+            let own = (path.clone(), format!("{made_by}\n\n{text}"));
+            files::write_all(&iter::once(own).chain(beside).collect::<Vec<_>>())?;
         }
         Ok(text.to_owned())
     }
@@ -238,7 +243,7 @@ impl Check {
         }
         let said = "The competent script on one thread, planning and observing included; in brackets the slowest and \
                     the fastest script.\n";
-        Ok(Checked { text: self.write(&format!("{table}\n\n{said}"))?, is_sound: true })
+        Ok(Checked { text: self.write(&format!("{table}\n\n{said}"), [])?, is_sound: true })
     }
 }
 

@@ -26,14 +26,15 @@ const TITLE: Title = Title {
     text: "T3 edits: needed and made",
     note: "A row is a method and the edit that the variation needs, over all tasks, teachers and seeds whose run \
         counts. `first` counts the set of edits that the first correction made which shows what changed, `all` the set \
-        that all corrections of a run made together, which is what the model is changed by on the whole; `several` are \
-        sets of two or more. `right` is the share in which the set was the edit needed and nothing else. `uncorrected` \
-        are runs without a correction, whether they reached the target or not. Teaching from scratch and the control \
-        edit nothing and have no row. Node F1 is over pairs of keyframes, which belong together where the teacher \
-        calls both the same; edge F1 is over transitions from skill to skill; duplicates are nodes whose skill an \
-        earlier node holds. 1 is beyond a method that cuts where an object is named and sees one skill where two cubes \
-        go into one bin: the best of those is `oracle_edit`. Means over runs. Two 95 % bootstrap intervals each: by \
-        units (family × seed) and by variations.",
+        that all corrections of a run made together. An edit is what a correction changed on the whole: what it added \
+        and merged away again is none. `several` are sets of two or more. `nearest` can add nodes only. `right` is the \
+        share in which the set was the edit needed and nothing else. `uncorrected` are runs without a correction, \
+        whether they reached the target or not. Teaching from scratch and the control edit nothing and have no row. \
+        Node F1 is over pairs of keyframes, which belong together where the teacher calls both the same; edge F1 is \
+        over transitions from skill to skill; duplicates are nodes whose skill an earlier node holds. 1 is beyond a \
+        method that cuts where an object is named and sees one skill where two cubes go into one bin: the best of \
+        those is `oracle_edit`. Means over runs. Two 95 % bootstrap intervals each: by units (family × seed) and by \
+        variations.",
 };
 
 /// Protocol, method, and the edit that the variation needs.

@@ -21,14 +21,15 @@ const TITLE: Title = Title {
     text: "T1 effort: what corrections take, against teaching from scratch",
     note: "A row is a cell over its seeds. Runs of a method that cannot make the edit needed (not applicable), \
         untaught and spoilt runs are counted apart and enter nothing else. `before`, `after`, and `once` (at some time \
-        in the rollout) are success from fresh starts, by which nothing was decided. A demonstration is one that the \
-        robot was given, a try one that the teacher performed; lengths are over all tries. A run that did not reach \
-        the target, or whose teacher gave up, counts the budget of demonstrations; ≥ marks a mean with such runs; \
-        tries and lengths of such a run are what was spent. Ratios are to teaching from scratch, paired by seed; ≥, ≤ \
-        and ~ mark corrections that did not reach the target, such teaching from scratch, and both. Means with 95 % \
-        bootstrap intervals over seeds, from two seeds on; `reached` with the Wilson 95 % interval. `originals` is the \
-        number of demonstrations of the original task that a correction builds on, charged apart. A control is taught \
-        nothing and has no effort.",
+        in the rollout) are success from fresh starts, by which nothing was decided; whether a run reached the target, \
+        and so what it took, is by the rollouts that did decide. A demonstration is one that the robot was given, a \
+        try one that the teacher performed; lengths are over all tries. A run that did not reach the target, or whose \
+        teacher gave up, counts the budget of demonstrations; ≥ marks a mean with such runs; tries and lengths of such \
+        a run are what was spent. Ratios are to teaching from scratch, paired by seed; ≥, ≤ and ~ mark corrections \
+        that did not reach the target, such teaching from scratch, and both. Means with 95 % bootstrap intervals over \
+        seeds, from two seeds on; `reached` with the Wilson 95 % interval. `originals` is the number of demonstrations \
+        of the original task that a correction builds on, charged apart. A control is taught nothing and has no \
+        effort.",
 };
 
 /// The method that others are compared with, and whose demonstrations are whole ones.

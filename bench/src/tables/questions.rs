@@ -25,10 +25,12 @@ const FROM_SCRATCH: Title = Title {
     text: "To correct, or to teach from scratch",
     note: "Ratios of what corrections took to what teaching from scratch took, sums over runs that are paired by cell \
         and seed. A demonstration is one that the robot was given, a try one that the teacher performed; lengths are \
-        over all tries. A run that did not reach the target counts the budget of demonstrations; ≥, ≤ and ~ mark such \
-        corrections, such teaching from scratch, and both. `success` is the difference of the success rates from fresh \
-        starts, corrected less from scratch. Two 95 % bootstrap intervals each: by units (family × seed) and by \
-        variations. The originals that a correction builds on are charged to neither; they are in T1.",
+        over all tries. A run that did not reach the target, by the rollouts that decided, counts the budget of \
+        demonstrations; ≥, ≤ and ~ mark such corrections, such teaching from scratch, and both. `success` is the \
+        difference of the success rates from fresh starts, corrected less from scratch. Two 95 % bootstrap intervals \
+        each: by units (family × seed) and by variations. The originals that a correction builds on are charged to \
+        neither; they are in T1. Shown: what is observed tells the changed task from the original one wherever another \
+        decision has to be made, by the list tasks/shown.",
 };
 
 const SEPARATE: Title = Title {
@@ -63,7 +65,8 @@ fn key_columns<'a>() -> Columns<'a, Row<'a>> {
 }
 
 /// The method of which a sentence is said, and the groups.
-const SAID: (&str, [Group; 2]) = ("situ", [Group::All, Group::ButSelfLoops]);
+const SAID: (&str, [Group; 4]) =
+    ("situ", [Group::All, Group::ButSelfLoops, Group::ModificationShown, Group::ModificationNotShown]);
 
 /// The rows of which a sentence is said, and how each begins.
 fn said<'r, 'a>(rows: &'r [Row<'a>]) -> impl Iterator<Item = (&'r Row<'a>, String)> {

@@ -26,6 +26,11 @@ const GIVES_UP: f64 = 0.05;
 /// Beyond this it is no accident that a learned model does worse.
 const SIGNIFICANT: f64 = 0.05;
 
+/// A learned model may lose this much success where nothing needs an edit, and still be said to need none.
+const MARGIN: f64 = 0.1;
+/// Seeds without which nothing is said to need none: differences that happen to be equal have an interval of no width.
+const LEAST_SEEDS: usize = 10;
+
 /// An original task, and its variations that need no edit.
 type Controls = (Arc<Setting>, Vec<Arc<Setting>>);
 
@@ -210,7 +215,8 @@ fn table_of_learned(held: &[Held]) -> (String, Vec<String>) {
     if held.is_empty() {
         return Default::default();
     }
-    let mut table = table(&["variation", "taught", "original", "learned", "difference", "p", "least p"], 1);
+    let mut table =
+        table(&["variation", "taught", "original", "learned", "difference", "p", "least p", "needs none"], 1);
     let tests: Vec<_> = held.iter().map(|held| paired::sign_flip(&held.differences(), 0)).collect();
     let p_values: Vec<f64> = tests.iter().map(|test| test.as_ref().map_or(1.0, |test| test.p)).collect();
     let mut findings = Vec::new();
@@ -230,8 +236,9 @@ fn table_of_learned(held: &[Held]) -> (String, Vec<String>) {
             interval.unwrap_or_else(|| "–".to_owned()),
             format!("{p:.3}"),
             cell(test.as_ref().map(|test| test.least)),
+            verdict(difference.as_ref(), p, differences.len()).to_owned(),
         ]);
-        if let Some(of) = difference.filter(|of| of.value < 0.0 && p < SIGNIFICANT) {
+        if let Some(of) = difference.filter(|of| is_worse(of, p)) {
             findings.push(format!(
                 "{}: needs no edit, and a learned model succeeds less often than in the original task: by {:.3}, p = \
                  {p:.3}",
@@ -243,7 +250,23 @@ fn table_of_learned(held: &[Held]) -> (String, Vec<String>) {
         "\n{table}\n\nModels of the original task, taught as a run of the protocol `{PROTOCOL}` teaches it, in the original \
          task and where no edit is needed: mean success over the seeds at which it was taught. The difference has a \
          bootstrap interval over seeds; p is the paired sign-flip test's, corrected by Holm over this table, beside the \
-         least p that so many seeds can give.\n"
+         least p, not corrected, that the seeds which differ can give. Needs none: *no* where the model does worse and p \
+         is below {SIGNIFICANT}; *yes* where there are {LEAST_SEEDS} seeds or more and their interval has no loss of more \
+         than {MARGIN}; *open* where that cannot be told.\n"
     );
     (said, findings)
+}
+
+/// Whether it is no accident that a learned model does worse.
+fn is_worse(difference: &stats::Estimate, p: f64) -> bool {
+    difference.value < 0.0 && p < SIGNIFICANT
+}
+
+/// Whether a learned model needs no edit, as far as can be told.
+fn verdict(difference: Option<&stats::Estimate>, p: f64, seeds: usize) -> &'static str {
+    match difference {
+        Some(difference) if is_worse(difference, p) => "no",
+        Some(difference) if seeds >= LEAST_SEEDS && difference.low >= -MARGIN => "yes",
+        _ => "open",
+    }
 }

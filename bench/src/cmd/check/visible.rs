@@ -1,4 +1,4 @@
-//! `check --visible`: which variations show their change.
+//! `check --visible`: which variations show their change, as a table for people and as a list for programs.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -8,15 +8,16 @@ use situ_tasks::{NeededEdit, Registry, Setting};
 use super::layout;
 use crate::cmd::terminal;
 use crate::error::BenchError;
-use crate::visible::{LEAST_AREA, RELABELLINGS, RESOLUTION, Visibility, Walk, visibilities};
+use crate::shown::{ShownList, ShownRow};
+use crate::visible::{LEAST_AREA, RELABELLINGS, RESOLUTION, Walk, visibilities};
 
-/// The list of the variations that need an edit, from these seeds.
+/// What was found of the variations that need an edit, from these seeds: in words, and row by row.
 pub(super) fn said(
     registry: &Registry,
     settings: &[Arc<Setting>],
     seeds: &[u64],
     jobs: Option<u16>,
-) -> Result<String, BenchError> {
+) -> Result<(String, Vec<ShownRow>), BenchError> {
     let changed: Vec<&Arc<Setting>> = settings.iter().filter(|setting| setting.edit != NeededEdit::None).collect();
     let mut walked: BTreeMap<String, Arc<Setting>> = BTreeMap::new();
     for setting in &changed {
@@ -32,45 +33,49 @@ pub(super) fn said(
         walk.and_then(|walk| walks.entry(label.as_str()).or_default().insert(*seed, walk));
     }
 
-    let mut table =
-        layout::table(&["variation", "edit", "decision", "feature", "starts", "area", "relabelled", "shown"], 4);
-    let (mut shown, mut count) = (0, 0);
+    let mut rows = Vec::new();
     for setting in changed {
         let label = setting.label();
         let walk = |label: &str, seed| walks.get(label)?.get(seed);
         let pairs: Vec<(&Walk, &Walk)> =
             seeds.iter().filter_map(|seed| walk(&setting.task, seed).zip(walk(&label, seed))).collect();
+        let variation = setting.variation.as_deref().unwrap_or_default();
         let found = visibilities(setting, &pairs);
-        shown += usize::from(!found.is_empty() && found.iter().all(Visibility::is_shown));
-        count += 1;
-        found.iter().for_each(|found| {
-            table.add_row(row(setting, found));
-        });
+        rows.extend(found.iter().map(|found| ShownRow::new(&setting.task, variation, setting.edit.word(), found)));
     }
-    Ok(format!(
+    Ok((in_words(&rows), rows))
+}
+
+fn in_words(rows: &[ShownRow]) -> String {
+    let mut table =
+        layout::table(&["variation", "edit", "decision", "feature", "starts", "area", "relabelled", "shown"], 4);
+    rows.iter().for_each(|row| {
+        table.add_row(cells(row));
+    });
+    let (shown, count) = ShownList::new(rows).count();
+    format!(
         "{table}\n\nShown at every decision that differs: {shown} of {count} variations. *area*: under the curve of the \
          feature that tells the variation from the original task best, in the states that the two competent scripts \
          come to, each from the same seeds. *relabelled*: the greatest area of the best feature in {RELABELLINGS} \
          relabellings of the states. Values that differ by {RESOLUTION} of their feature's scale or less are ties. Shown: \
          {LEAST_AREA} or more, and above *relabelled*.\n"
-    ))
+    )
 }
 
-fn row(setting: &Setting, found: &Visibility) -> [String; 8] {
-    let decision = &found.decision;
-    let next = if decision.original == decision.changed {
-        format!("`{}` in another way", decision.changed)
+fn cells(row: &ShownRow) -> [String; 8] {
+    let next = if row.original == row.changed {
+        format!("`{}` in another way", row.changed)
     } else {
-        format!("`{}`, not `{}`", decision.changed, decision.original)
+        format!("`{}`, not `{}`", row.changed, row.original)
     };
     [
-        setting.label(),
-        setting.edit.word().to_owned(),
-        format!("after `{}`: {next}", decision.after),
-        if found.area > 0.5 { format!("`{}`", found.feature) } else { "none".to_owned() },
-        found.starts.to_string(),
-        format!("{:.3}", found.area),
-        format!("{:.3}", found.relabelled),
-        if found.is_shown() { "yes" } else { "no" }.to_owned(),
+        format!("{}/{}", row.task, row.variation),
+        row.edit.clone(),
+        format!("after `{}`: {next}", row.after),
+        if row.feature.is_empty() { "none".to_owned() } else { format!("`{}`", row.feature) },
+        row.starts.to_string(),
+        format!("{:.3}", row.area),
+        format!("{:.3}", row.relabelled),
+        if row.shown { "yes" } else { "no" }.to_owned(),
     ]
 }
