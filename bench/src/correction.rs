@@ -7,7 +7,6 @@ use situ::correction::{Correction, Oracle};
 use situ::demonstration::{Demonstration, Kind};
 use situ::edit::difference;
 use situ::method::{Learned, Method, Original};
-use situ::place::{NodeId, Place};
 use situ::structure::Structure;
 use situ_tasks::{Setting, Skill};
 use situ_teachers::Onset;
@@ -24,7 +23,7 @@ use crate::retrieval::retrieved;
 use crate::rollout::{Rollout, Watched};
 use crate::spending::{RunPhase, Steps};
 use crate::starts::Starts;
-use crate::stop::{self, StopPoint};
+use crate::stop::{self, Stop, StopPoint};
 use crate::teaching::ATTEMPTS;
 
 /// A robot under correction: its task model, and all demonstrations that it was shown.
@@ -40,8 +39,7 @@ pub struct Robot<'a> {
 struct Failure<'a> {
     cursor: Cursor<'a>,
     trigger: String,
-    last: Place,
-    interrupted: Option<NodeId>,
+    stop: Stop,
 }
 
 /// A failure, the teacher's demonstration from there, and the effort of it and of all tries before it that failed.
@@ -104,9 +102,9 @@ impl<'a> Robot<'a> {
         oracle: &mut Oracle,
     ) -> Result<CorrectionRecord, BenchError> {
         let shows_change = shows_change(setting, &shown.demonstration);
-        let Shown { failure: Failure { trigger, last, interrupted, .. }, demonstration, effort } = shown;
+        let Shown { failure: Failure { trigger, stop, .. }, demonstration, effort } = shown;
         let before = self.model.graph();
-        let correction = Correction { interrupted, oracle: Some(&*oracle), ..Correction::after(last, &demonstration) };
+        let correction = Correction { oracle: Some(&*oracle), ..stop.correction(&demonstration) };
         let (trace, update_seconds) = cost::timed(|| self.model.correct(correction));
         let trace = trace?;
         let after = self.model.graph();
@@ -115,11 +113,11 @@ impl<'a> Robot<'a> {
         for name in demonstration.keyframes().iter().filter_map(|keyframe| keyframe.narration.as_ref()) {
             oracle.changed.remove(name);
         }
-        self.lesson.corrected(&before, last, interrupted, demonstration);
+        self.lesson.corrected(&before, &stop, demonstration);
         let made = difference(&before, &after);
         Ok(CorrectionRecord {
             failure: trigger,
-            last: stop::reference(&before, last),
+            last: stop::reference(&before, stop.last),
             effort,
             shows_change,
             edit_made: made.edit(),
@@ -181,7 +179,7 @@ impl<'a> Conditions<'a> {
     ) -> Result<(), BenchError> {
         let Some(archive) = self.archive else { return Ok(()) };
         let Shown { failure, demonstration, .. } = shown;
-        let stop = StopPoint::of(&robot.model.graph(), failure.last, failure.interrupted);
+        let stop = StopPoint::of(&robot.model.graph(), &failure.stop);
         let before = robot.lesson.before(demonstration.name(), stop)?;
         let path = format!("{}/{}-correction-{round}", self.folder(setting), robot.folder);
         archive.write(&path, demonstration, self.schema, &before)
@@ -271,8 +269,8 @@ impl<'a> Conditions<'a> {
             return Ok(None);
         }
         let trigger = if rollout.ended == Ended::End { "wrong outcome".to_owned() } else { rollout.ended.to_string() };
-        let Rollout { last, interrupted, .. } = rollout;
-        Ok(Some(Failure { cursor, trigger, last, interrupted }))
+        let Rollout { last, interrupted, trail, .. } = rollout;
+        Ok(Some(Failure { cursor, trigger, stop: Stop { last, interrupted, trail } }))
     }
 }
 

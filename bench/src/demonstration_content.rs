@@ -4,6 +4,7 @@ use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use situ::demonstration::{Gripper, Kind};
 use situ::state::Feature;
+use situ::trail::StepEnd;
 
 /// A primitive, named by a segment of an earlier demonstration that its node holds.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -26,9 +27,19 @@ pub(crate) struct FileContent {
     pub(crate) after: Option<Instance>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) interrupted: Option<Instance>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) trail: Vec<FileStep>,
     pub(crate) carried_to_end: bool,
     pub(crate) keyframes: Vec<FileKeyframe>,
     pub(crate) final_state: Vec<f64>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FileStep {
+    pub(crate) state: Vec<f64>,
+    pub(crate) primitive: Instance,
+    pub(crate) end: StepEnd,
 }
 
 #[derive(Serialize, Deserialize)]

@@ -35,6 +35,9 @@
 //!   indices count from 0.
 //! - `interrupted`: the primitive that was under way when the robot failed or was stopped, named as in `after`. `null`,
 //!   or left out, where none was.
+//! - `trail`: what the robot had chosen in the rollout that failed, in order: `state`, the world in which it chose;
+//!   `primitive`, named as in `after`; and `end`: `"finished"`, `"interrupted"`, or `"prevented"` where it was stopped
+//!   before it began. It may be left out; a method that heeds it then takes the state in which the demonstration begins.
 //! - `carried_to_end`: whether the teacher went on to the end of the task. Only then is `final_state` an example of
 //!   END.
 //! - `keyframes`: at least one, in order. Each has these keys:
@@ -63,8 +66,9 @@ use situ::demonstration::{Demonstration, Gripper, Keyframe, Kind, Pose};
 use situ::place::SegmentId;
 use situ::segmentation::by_reference_object;
 use situ::state::{Feature, Schema, State};
+use situ::trail::{PastStep, StepEnd};
 
-use crate::demonstration_content::{FileContent, FileGripper, FileKeyframe, FilePose};
+use crate::demonstration_content::{FileContent, FileGripper, FileKeyframe, FilePose, FileStep};
 use crate::error::BenchError;
 use crate::json_lines::line_of;
 use crate::record::count;
@@ -79,12 +83,25 @@ const QUATERNION_TOLERANCE: f64 = 1e-3;
 const QUATERNION_ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// Where the robot had stopped before a demonstration.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Before {
     /// The primitive that ran last to its end; `None` for START.
     pub after: Option<Instance>,
     /// The primitive that was under way when it failed or was stopped, if one was.
     pub interrupted: Option<Instance>,
+    /// What it had chosen, in order; empty where nobody wrote it down.
+    pub trail: Vec<BeforeStep>,
+}
+
+/// A choice on the trail that led to a demonstration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BeforeStep {
+    /// The world in which it was made.
+    pub state: State,
+    /// The primitive.
+    pub primitive: Instance,
+    /// How it ended.
+    pub end: StepEnd,
 }
 
 /// A demonstration read from a file, checked by itself.
@@ -178,13 +195,18 @@ fn checked(file: FileContent) -> Result<(Demonstration, Schema, Before), Mistake
     if file.keyframes.is_empty() {
         return Err(mistake("keyframes", "an empty demonstration, expected at least one keyframe"));
     }
-    let before = Before { after: file.after, interrupted: file.interrupted };
-    for (key, primitive) in before.named() {
-        if file.kind == Kind::Original && primitive.is_some() {
-            return Err(mistake(key, "an original demonstration begins at START, expected null"));
-        }
-    }
     let schema = schema(&file.schema)?;
+    let step = |(index, step): (usize, FileStep)| {
+        let state = state(&step.state, &schema, format!("trail[{index}].state"))?;
+        Ok(BeforeStep { state, primitive: step.primitive, end: step.end })
+    };
+    let trail = file.trail.into_iter().enumerate().map(step).collect::<Result<_, Mistake>>()?;
+    let before = Before { after: file.after, interrupted: file.interrupted, trail };
+    if file.kind == Kind::Original
+        && let Some((key, _)) = before.named().first()
+    {
+        return Err(mistake(key, "an original demonstration begins at START, expected null, or no such key"));
+    }
     let keyframes = (file.keyframes.iter().enumerate())
         .map(|(index, each)| keyframe(each, &schema, &format!("keyframes[{index}]")))
         .collect::<Result<Vec<_>, _>>()?;
@@ -201,12 +223,25 @@ impl Before {
             demonstration: shown[demonstration as usize].to_owned(),
             segment: index,
         };
-        Self { after: stop.last.map(instance), interrupted: stop.interrupted.map(instance) }
+        let step = |step: &PastStep| BeforeStep {
+            state: step.state.clone(),
+            primitive: instance(step.of),
+            end: step.end,
+        };
+        Self {
+            after: stop.last.map(instance),
+            interrupted: stop.interrupted.map(instance),
+            trail: stop.trail.iter().map(step).collect(),
+        }
     }
 
-    /// `after` and `interrupted`, each with its key.
-    fn named(&self) -> [(&'static str, Option<&Instance>); 2] {
-        [("after", self.after.as_ref()), ("interrupted", self.interrupted.as_ref())]
+    /// The primitives that it names, each with its key.
+    fn named(&self) -> Vec<(String, &Instance)> {
+        let after = self.after.iter().map(|instance| ("after".to_owned(), instance));
+        let interrupted = self.interrupted.iter().map(|instance| ("interrupted".to_owned(), instance));
+        let trail = self.trail.iter().enumerate();
+        let trail = trail.map(|(index, step)| (format!("trail[{index}].primitive"), &step.primitive));
+        after.chain(interrupted).chain(trail).collect()
     }
 }
 
@@ -282,7 +317,7 @@ fn refuse(path: &Path, text: &str, key: &str, problem: impl Into<String>) -> Ben
 }
 
 /// Checks files that are learned together, in the order in which they are learned: they have one schema, no name twice,
-/// and each `after` and `interrupted` is a segment of an earlier demonstration. Returns where the robot had stopped
+/// and each primitive before a demonstration is a segment of an earlier demonstration. Returns where the robot had stopped
 /// before each.
 ///
 /// # Errors
@@ -305,11 +340,13 @@ pub fn check_together(files: &[DemonstrationFile]) -> Result<Vec<StopPoint>, Ben
             let problem = format!("expected the schema of {}: all files of one call share it", first.path.display());
             return Err(file.refuse(&key, problem));
         }
-        let [last, interrupted] = file
-            .before
-            .named()
-            .map(|(key, instance)| instance.map(|instance| file.segment(key, instance, former)).transpose());
-        stops.push(StopPoint { last: last?, interrupted: interrupted? });
+        let mut named = file.before.named().into_iter().map(|(key, instance)| file.segment(&key, instance, former));
+        let mut next = |is_there: bool| is_there.then(|| named.next()).flatten().transpose();
+        let (last, interrupted) = (next(file.before.after.is_some())?, next(file.before.interrupted.is_some())?);
+        let steps = file.before.trail.iter().zip(named);
+        let trail = steps.map(|(step, of)| Ok(PastStep { state: step.state.clone(), of: of?, end: step.end }));
+        let trail = trail.collect::<Result<_, BenchError>>()?;
+        stops.push(StopPoint { last, interrupted, trail });
     }
     Ok(stops)
 }
@@ -330,12 +367,18 @@ pub fn render(demonstration: &Demonstration, schema: &Schema, before: &Before) -
         announced: keyframe.announced,
         narration: keyframe.narration.as_deref().map(str::to_owned),
     };
+    let step = |step: &BeforeStep| FileStep {
+        state: step.state.values().to_vec(),
+        primitive: step.primitive.clone(),
+        end: step.end,
+    };
     let file = FileContent {
         name: demonstration.name().to_string(),
         kind: demonstration.kind(),
         schema: schema.features().to_vec(),
         after: before.after.clone(),
         interrupted: before.interrupted.clone(),
+        trail: before.trail.iter().map(step).collect(),
         carried_to_end: demonstration.carried_to_end(),
         keyframes: demonstration.keyframes().iter().map(keyframe).collect(),
         final_state: demonstration.final_state().values().to_vec(),

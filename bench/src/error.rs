@@ -118,7 +118,7 @@ pub enum BenchError {
         /// The method whose model it is.
         method: &'static str,
         /// `after` or `interrupted`: which primitive of the stop the segment names.
-        key: &'static str,
+        key: String,
         /// The segment.
         segment: SegmentId,
     },

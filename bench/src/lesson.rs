@@ -4,16 +4,15 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use situ::correction::Correction;
 use situ::demonstration::Demonstration;
 use situ::graph::Graph;
 use situ::method::Learned;
-use situ::place::{NodeId, Place};
+use situ::place::NodeId;
 use situ::structure::{Structure, Truth};
 
 use crate::demonstration_file::Before;
 use crate::error::BenchError;
-use crate::stop::{Nameless, StopPoint};
+use crate::stop::{Nameless, Stop, StopPoint};
 
 /// A correction that was given.
 struct Given {
@@ -37,9 +36,9 @@ impl Lesson {
     }
 
     /// One more correction. `model` is the robot's model before it.
-    pub fn corrected(&mut self, model: &Graph, last: Place, interrupted: Option<NodeId>, demonstration: Demonstration) {
-        self.truth.correction(&demonstration, last, model);
-        self.corrections.push(Given { demonstration, stop: StopPoint::of(model, last, interrupted) });
+    pub fn corrected(&mut self, model: &Graph, stop: &Stop, demonstration: Demonstration) {
+        self.truth.correction(&demonstration, stop.last, model);
+        self.corrections.push(Given { demonstration, stop: StopPoint::of(model, stop) });
     }
 
     /// A stop in the words of the demonstration file of the next correction, `name`.
@@ -75,10 +74,10 @@ impl Lesson {
     ) -> Result<Box<dyn Learned>, BenchError> {
         for Given { demonstration, stop } in &self.corrections {
             let name = demonstration.name();
-            let stop = stop.map_err(|nameless| BenchError::nameless(name, nameless))?;
+            let stop = stop.as_ref().map_err(|nameless| BenchError::nameless(name, *nameless))?;
             let place = stop.in_model(&learned.graph());
-            let (last, interrupted) = place.map_err(|unheld| BenchError::unheld(name, method, unheld))?;
-            learned.correct(Correction { interrupted, ..Correction::after(last, demonstration) })?;
+            let stop = place.map_err(|unheld| BenchError::unheld(name, method, unheld))?;
+            learned.correct(stop.correction(demonstration))?;
         }
         Ok(learned)
     }

@@ -6,6 +6,7 @@ use situ::keyframe::policy::Execution;
 use situ::method::Learned;
 use situ::place::{NodeId, Place};
 use situ::segment::RelativeKeyframe;
+use situ::trail::{StepEnd, TrailStep};
 use situ_sim::{GripperCommand, MAX_OPENING, MotionEnd};
 use situ_tasks::{Episode, Moment};
 use situ_teachers::convert::{gripper_command, observe};
@@ -86,6 +87,8 @@ pub struct Rollout {
     pub once: bool,
     /// The number of primitives that were begun.
     pub primitives: usize,
+    /// The primitives that were chosen, in order, and how each ended.
+    pub trail: Vec<TrailStep>,
     /// What the executor had to choose, in order.
     pub choices: Vec<Choice>,
 }
@@ -102,7 +105,7 @@ pub fn rollout(
 ) -> Result<Rollout, BenchError> {
     let mut last = Place::Start;
     let mut interrupted = None;
-    let (mut primitives, mut choices) = (0, Vec::new());
+    let (mut primitives, mut choices, mut trail) = (0, Vec::new(), Vec::new());
     let mut watch = Watch { watched: execute.watched, missed: 0 };
     let mut once = false;
     let ended = loop {
@@ -116,7 +119,8 @@ pub fn rollout(
         if primitives == MOST_PRIMITIVES {
             break Ended::TimeOut;
         }
-        let (reference, keyframes) = model.keyframes(node, execute.execution, rng)?;
+        let (reference, keyframes) = model.keyframes(node, &state, execute.execution, rng)?;
+        trail.push(TrailStep { state, node, end: StepEnd::Prevented });
         let Some(frame) = cursor.episode().reference_pose(&reference) else { break Ended::ReferenceAbsent };
         if let Some(reason) = watch.stops(cursor.episode(), Moment::Before, &reference) {
             break reason;
@@ -129,6 +133,8 @@ pub fn rollout(
         let performed = cursor.perform(action, |episode, action| perform(episode, watch, action, &frame));
         watch.missed += performed.missed;
         once |= cursor.episode().succeeded();
+        let end = if performed.ended.is_some() { StepEnd::Interrupted } else { StepEnd::Finished };
+        trail.last_mut().expect("it was chosen").end = end;
         if let Some(reason) = performed.ended {
             interrupted = Some(node);
             break reason;
@@ -142,7 +148,7 @@ pub fn rollout(
     let episode = cursor.episode();
     let ended = if episode.is_sound() { ended } else { Ended::Spoilt };
     let success = episode.succeeded();
-    Ok(Rollout { ended, last, interrupted, success, once: once || success, primitives, choices })
+    Ok(Rollout { ended, last, interrupted, success, once: once || success, primitives, trail, choices })
 }
 
 /// What the task's program would do next.

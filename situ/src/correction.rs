@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::demonstration::Demonstration;
 use crate::place::{NodeId, Place};
+use crate::trail::TrailStep;
 
 /// What is known when a robot is corrected: `z`, `S` and `D` of the listing, and more.
 #[derive(Clone, Copy, Debug)]
@@ -14,6 +15,9 @@ pub struct Correction<'a> {
     /// The primitive that was under way when the robot failed or was stopped, if one was. The listing knows `z` alone.
     /// But a robot knows what it was doing, and a teacher most probably shows another way of doing that (decision D18).
     pub interrupted: Option<NodeId>,
+    /// The choices of the rollout that failed, in order, up to the failure (decision D23). Empty where nobody knows
+    /// them: then the state in which the demonstration begins stands for all.
+    pub trail: &'a [TrailStep],
     /// `D`, with the states `S`.
     pub demonstration: &'a Demonstration,
     /// What an oracle adds, for the methods that listen to one.
@@ -31,6 +35,6 @@ pub struct Oracle {
 impl<'a> Correction<'a> {
     /// A correction between two primitives, without an oracle.
     pub fn after(last: Place, demonstration: &'a Demonstration) -> Self {
-        Self { last, interrupted: None, demonstration, oracle: None }
+        Self { last, interrupted: None, trail: &[], demonstration, oracle: None }
     }
 }

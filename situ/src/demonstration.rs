@@ -26,7 +26,18 @@ pub enum Gripper {
     Close(f64),
 }
 
+/// Two readings of the opening that differ by more than this, as a fraction of the stroke, are two commands.
+const ANOTHER_OPENING: f64 = 0.2;
+
 impl Gripper {
+    /// Whether the hand closes or opens from one command to the next.
+    pub fn is_moved_by(self, next: Self) -> bool {
+        match (self, next) {
+            (Self::Opening(before), Self::Opening(after)) => (after - before).abs() > ANOTHER_OPENING,
+            (before, after) => std::mem::discriminant(&before) != std::mem::discriminant(&after),
+        }
+    }
+
     /// The number the command carries, in the unit of its kind.
     pub fn value(self) -> f64 {
         match self {

@@ -5,6 +5,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::demonstration::Pose;
 use crate::graph::{Graph, GraphNode};
 use crate::keyframe::frechet::frechet;
 use crate::place::{NodeId, Place};
@@ -104,12 +105,15 @@ pub fn difference(before: &Graph, after: &Graph) -> Difference {
             node.segments.iter().filter_map(|id| held_before.get(id).copied()).collect();
         ancestors.sort_by_key(|ancestor| ancestor.id);
         ancestors.dedup_by_key(|ancestor| ancestor.id);
-        let Some(first) = ancestors.first() else {
+        if ancestors.is_empty() {
             difference.nodes_added.push(node.id);
             continue;
-        };
+        }
         difference.nodes_merged += ancestors.len() - 1;
-        if frechet(&first.path, &node.path) > MODIFIED_METRES {
+        // A merge pools what was near; so the nearest of all ways that were counts.
+        let known = || ancestors.iter().flat_map(|ancestor| &ancestor.paths);
+        let is_new = |path: &[Pose]| known().all(|known| frechet(known, path) > MODIFIED_METRES);
+        if node.paths.len() > known().count() || node.paths.iter().any(|path| is_new(path)) {
             difference.nodes_modified.push(node.id);
         }
     }

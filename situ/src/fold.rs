@@ -3,12 +3,13 @@
 use crate::correction::Correction;
 use crate::decisions::Decisions;
 use crate::error::SituError;
-use crate::place::Place;
+use crate::place::{Place, SegmentId};
 use crate::placement::{ByPolicy, Placement};
 use crate::primitive::Learner;
 use crate::segmentation::by_reference_object;
 use crate::task_model::{History, TaskModel};
 use crate::trace::Trace;
+use crate::trail::StepEnd;
 use crate::update::Update;
 
 /// SITU: folds a correction into a task model, all of it or nothing.
@@ -44,7 +45,6 @@ pub fn fold<L: Learner, P: Placement<L>>(
 ) -> Result<Trace, SituError> {
     model.all_or_nothing(|model| {
         let mut update = Update::new(model, learner, decisions);
-        update.interrupted = correction.interrupted;
         update.fold(correction.last, history, placement)?;
         Ok(update.into_trace())
     })
@@ -63,10 +63,18 @@ impl<L: Learner> Update<'_, L> {
     ) -> Result<(), SituError> {
         let demonstration = self.model.histories().len() as u32;
         let carried_to_end = history.carried_to_end;
-        let segments = self.model.begin(history);
+        let trail = if self.decisions.trail { history.trail } else { Vec::new() };
+        let node = |segment: SegmentId| self.model.node_of(segment);
+        self.interrupted = history.interrupted.and_then(node);
+        let prevented = trail.last().filter(|step| step.end == StepEnd::Prevented);
+        self.prevented = prevented.and_then(|step| node(step.of));
+        let segments = self.model.begin(History { trail, ..history });
         let a = self.situ(last, &segments, placement)?;
         if carried_to_end {
             self.end(a, demonstration)?; // D11
+        }
+        if self.decisions.obey {
+            self.obey(demonstration)?; // D22
         }
         Ok(())
     }

@@ -20,8 +20,8 @@ pub struct GraphNode {
     pub reference: Arc<str>,
     /// The segments it holds, in order.
     pub segments: Vec<SegmentId>,
-    /// The path of its mean execution, relative to its reference object.
-    pub path: Vec<Pose>,
+    /// The path of the mean execution of each of its ways, the oldest first, relative to its reference object.
+    pub paths: Vec<Vec<Pose>>,
 }
 
 /// A task model's structure.
@@ -43,7 +43,7 @@ impl Graph {
             id,
             reference: node.reference.clone(),
             segments: node.segments.iter().copied().collect(),
-            path: learner.path(&node.policy),
+            paths: node.policies().into_iter().map(|policy| learner.path(policy)).collect(),
         };
         Self {
             nodes: model.nodes().map(node).collect(),
@@ -65,7 +65,8 @@ impl Graph {
             quoted(name)
         );
         for node in &self.nodes {
-            let label = quoted(&format!("{} {}", node.id, node.reference));
+            let ways = if node.paths.len() > 1 { format!(", {} ways", node.paths.len()) } else { String::new() };
+            let label = quoted(&format!("{} {}{ways}", node.id, node.reference));
             let _ = writeln!(dot, "  {} [shape=box, label={label}];", node.id);
         }
         for (from, to) in &self.edges {

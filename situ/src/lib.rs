@@ -22,6 +22,7 @@
 //!
 //! The crate knows no physics, no files and no clock, and takes every random number from a seed that its caller names.
 
+pub mod another_way;
 pub mod correction;
 pub mod decisions;
 pub mod demonstration;
@@ -33,6 +34,7 @@ pub mod keyframe;
 pub mod matching;
 pub mod mending;
 pub mod method;
+mod obedience;
 pub mod place;
 pub mod placement;
 pub mod primitive;
@@ -46,5 +48,7 @@ pub mod state;
 pub mod structure;
 pub mod task_model;
 pub mod trace;
+pub mod trail;
 pub mod update;
 pub mod vector;
+pub mod worlds;

@@ -21,6 +21,15 @@ pub struct Clusters {
 pub struct Match {
     /// The primitive.
     pub node: NodeId,
-    /// Whether the segment replaces its policy (decision D18). Otherwise the segment is one more instance.
-    pub replaces: bool,
+    /// What the segment is to it.
+    pub shows: Shows,
+}
+
+/// What a segment shows of a primitive that it belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shows {
+    /// One more instance of this way of it.
+    Way(usize),
+    /// Another way of it (decisions D18 to D20).
+    AnotherWay,
 }

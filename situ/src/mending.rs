@@ -7,24 +7,41 @@
 //! | line | decision | hook |
 //! |---|---|---|
 //! | A2.2 | D10: what is compared with a segment | [`Update::candidates`], [`Update::ask_further`] |
-//! | A2.4, A2.18 | D18: a segment shows another way of doing it | [`Update::mend_match`] |
+//! | A2.4, A2.18 | D18 to D20: a segment shows another way of a primitive | [`crate::another_way`] |
+//! | A2.6, A2.16 | D23: the state in which the robot will choose again | [`Update::mend_positives`] |
 //! | A2.7 | D2: background negatives | [`Update::add_background`] |
 //! | A2.17 | D1: a primitive's own positives; D2 | [`Update::mend_negatives`] |
 //! | A2.12, A2.20, END | D3: the siblings learn where they do not begin | [`Update::tell_siblings`] |
 
 use std::collections::BTreeSet;
 
-use crate::decisions::{Candidates, Modify};
+use crate::decisions::Candidates;
 use crate::error::SituError;
-use crate::matching::{Clusters, Match};
+use crate::matching::Clusters;
 use crate::place::{NodeId, Place, SampleId, SegmentId};
 use crate::primitive::{Initiation, Learner};
-use crate::segment::Segment;
-use crate::task_model::TaskModel;
-use crate::trace::{Counters, MatchedIn};
+use crate::state::State;
+use crate::trace::MatchedIn;
 use crate::update::Update;
+use crate::worlds::is_unlike;
 
 impl<L: Learner> Update<'_, L> {
+    /// A1.6, D23: the primitives that are applicable where the segment begins, and where the robot last chose what it
+    /// should not have done. Somebody who steps in leaves the hand where no primitive begins.
+    pub fn applicable(&mut self, state: SampleId) -> Vec<NodeId> {
+        let Self { model, counters, .. } = &mut *self;
+        let mut applicable = model.applicable(model.state(state), counters);
+        if let SampleId::Start(d) = state
+            && let Some(chosen) = self.stopped().and_then(|y| self.chosen_before(d, y))
+        {
+            let Self { model, counters, .. } = self;
+            applicable.extend(model.applicable(model.state(chosen), counters));
+            applicable.sort_unstable();
+            applicable.dedup();
+        }
+        applicable
+    }
+
     /// A2.2, D10: the primitives that a segment is compared with first.
     pub fn candidates(&self, segment: SegmentId, applicable: &[NodeId]) -> Vec<NodeId> {
         match self.decisions.candidates {
@@ -72,38 +89,6 @@ impl<L: Learner> Update<'_, L> {
         })
     }
 
-    /// A2.4, D18: the primitive that a segment shows, and whether the segment replaces its policy. For a matched
-    /// segment it is the match. For an unmatched one it is the first suspect whose policy is near. The segment replaces
-    /// the policy where it is displaced from it; otherwise the two differ by noise alone, and the segment is one more
-    /// instance.
-    ///
-    /// # Errors
-    /// Where the learner refuses the segment.
-    pub fn mend_match(
-        &mut self,
-        a: Place,
-        segment: SegmentId,
-        instance_of: Option<NodeId>,
-    ) -> Result<Option<Match>, SituError> {
-        let interrupted = self.interrupted.take();
-        let Some(rule) = &self.decisions.modify else {
-            return Ok(instance_of.map(|node| Match { node, replaces: false }));
-        };
-        self.with_own_policy(segment, |update, policy| {
-            let Self { model, learner, counters, .. } = update;
-            let node = match instance_of {
-                Some(node) => Some(node),
-                None => {
-                    let suspects = suspects(model, a, interrupted, model.segment(segment), rule)?;
-                    first_near(model, &suspects, policy, *learner, rule, counters)?
-                }
-            };
-            let Some(node) = node else { return Ok(None) };
-            let displacement = learner.displacement(&model.node(node)?.policy, policy);
-            Ok(Some(Match { node, replaces: displacement >= rule.min_displacement }))
-        })
-    }
-
     /// A2.7, D2: negatives that no sibling gives.
     pub fn add_background(&self, a: Place, positives: &BTreeSet<SampleId>, negatives: &mut BTreeSet<SampleId>) {
         negatives.extend(self.model.background(self.decisions.background, [a].into_iter(), positives));
@@ -121,71 +106,69 @@ impl<L: Learner> Update<'_, L> {
         }
     }
 
-    /// A2.12, A2.20 and END, D3: `place` has begun after `a` in the state of a sample. The other children of `a`, END
+    /// A2.6 and A2.16, D23: where a correction begins is not where the robot will choose next time. It last chose a
+    /// primitive `y` that it should not have run to its end. Where the first segment shows `z` in its place, the state
+    /// of that choice is a positive of `z`, unless it is like the states in which `y` begins rightly; where it shows
+    /// `y` itself, it is one of `y`.
+    pub fn mend_positives(
+        &self,
+        a: Place,
+        z: Option<NodeId>,
+        d: SegmentId,
+        positives: &mut BTreeSet<SampleId>,
+    ) {
+        let stopped = self.stopped();
+        if let Some(z) = z
+            && stopped.map_or(a, Place::Node) == Place::Node(z)
+        {
+            positives.extend(self.chosen_before(d, z));
+            return;
+        }
+        let Some(y) = stopped else { return };
+        let Some(chosen) = self.chosen_before(d, y).filter(|chosen| self.model.before(*chosen) == Some(a)) else {
+            return;
+        };
+        let begins = self.model.starts([Place::Node(y)].into_iter());
+        let begins: Vec<&State> = begins.iter().map(|sample| self.model.state(*sample)).collect();
+        if is_unlike(self.model.state(chosen), &begins, self.learner.scales()) {
+            positives.insert(chosen);
+        }
+    }
+
+    /// The primitive that the robot was doing, or kept from doing, before the correction.
+    pub(crate) fn stopped(&self) -> Option<NodeId> {
+        self.interrupted.or(self.prevented)
+    }
+
+    /// D23: the last choice of a primitive on the trail that led to the correction, if the segment is its first.
+    pub(crate) fn chosen_before(&self, d: SegmentId, y: NodeId) -> Option<SampleId> {
+        let demonstration = d.demonstration;
+        let trail = &self.model.histories()[demonstration as usize].trail;
+        let last = trail.iter().rposition(|step| self.model.node_of(step.of) == Some(y)).filter(|_| d.index == 0)?;
+        Some(SampleId::Chosen { demonstration, index: last as u32 })
+    }
+
+    /// A2.12, A2.20 and END, D3: `place` begins after `a` in the states of these samples. The other children of `a`, END
     /// among them, learn that they do not begin there.
     ///
     /// # Errors
     /// Where the learner refuses.
-    pub fn tell_siblings(&mut self, a: Place, place: Place, state: SampleId) -> Result<(), SituError> {
+    pub fn tell_siblings(
+        &mut self,
+        a: Place,
+        place: Place,
+        negatives: &BTreeSet<SampleId>,
+    ) -> Result<(), SituError> {
         if !self.decisions.push_to_siblings {
             return Ok(());
         }
         let siblings: BTreeSet<Place> = self.model.children(a).filter(|child| *child != place).collect();
-        let negatives = BTreeSet::from([state]);
         let told: BTreeSet<Place> =
-            siblings.into_iter().filter(|sibling| self.model.add_negatives(*sibling, &negatives)).collect();
+            siblings.into_iter().filter(|sibling| self.model.add_negatives(*sibling, negatives)).collect();
         // The counter is one of steps, and END belongs to no step.
         if place != Place::End {
             self.counters.nodes_touched += told.len() as u64;
         }
         self.model.fit_classifiers(self.learner, &told, &mut self.counters)
     }
-}
-
-/// D18: the primitives that the segment can show another way of doing, in this order: the one that was interrupted, the
-/// most probable child of `a` if it is probable enough, and `a` itself. Only primitives on the segment's object count.
-///
-/// # Errors
-/// [`SituError::UnknownNode`].
-pub(crate) fn suspects<L: Learner>(
-    model: &TaskModel<L>,
-    a: Place,
-    interrupted: Option<NodeId>,
-    segment: &Segment,
-    rule: &Modify,
-) -> Result<Vec<NodeId>, SituError> {
-    let nodes = model.children(a).filter(|child| matches!(child, Place::Node(_)));
-    let likely = nodes
-        .map(|child| (model.probability(child, &segment.start), child))
-        .reduce(|best, other| if other.0 > best.0 { other } else { best });
-    let likely = likely.filter(|(probability, _)| *probability >= rule.min_probability).map(|(_, child)| child);
-    let mut suspects = Vec::new();
-    for place in interrupted.map(Place::Node).into_iter().chain(likely).chain([a]) {
-        if let Place::Node(y) = place
-            && model.node(y)?.reference == segment.reference
-        {
-            suspects.push(y);
-        }
-    }
-    Ok(suspects)
-}
-
-/// D18: the first of the suspects whose policy is not too far from the segment's own.
-///
-/// # Errors
-/// [`SituError::UnknownNode`].
-pub(crate) fn first_near<L: Learner>(
-    model: &TaskModel<L>,
-    suspects: &[NodeId],
-    own: &L::Policy,
-    learner: &L,
-    rule: &Modify,
-    counters: &mut Counters,
-) -> Result<Option<NodeId>, SituError> {
-    for y in suspects {
-        if learner.distance(&model.node(*y)?.policy, own, None, counters) <= rule.max_distance {
-            return Ok(Some(*y));
-        }
-    }
-    Ok(None)
 }

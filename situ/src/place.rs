@@ -55,6 +55,13 @@ pub enum SampleId {
     Start(SegmentId),
     /// The final state of a demonstration that was carried on to the end.
     Final(u32),
+    /// The state in which a primitive was chosen on the trail that led to a correction (decision D23).
+    Chosen {
+        /// Index of the correction, among the demonstrations.
+        demonstration: u32,
+        /// Index of the choice on its trail.
+        index: u32,
+    },
 }
 
 /// The state samples that a classifier is fitted to.

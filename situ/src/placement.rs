@@ -29,6 +29,16 @@ pub trait Placement<L: Learner> {
         Ok(Clusters::default())
     }
 
+    /// D19: the primitive that a later segment of the correction would be an instance of, as the model stands. `None`
+    /// where it would be none, or a method does not look ahead.
+    ///
+    /// # Errors
+    /// Where the learner refuses the segment.
+    fn follower(&mut self, update: &mut Update<'_, L>, segment: SegmentId) -> Result<Option<NodeId>, SituError> {
+        let _ = (update, segment);
+        Ok(None)
+    }
+
     /// A2.4: Find-Policy, for a segment that was shown after `a`. `instance_of` is a node of the segment's own
     /// cluster, as it is called after Local-Reconnect. `None` is the listing's `∅`.
     ///
@@ -49,8 +59,13 @@ pub struct ByPolicy;
 
 impl<L: Learner> Placement<L> for ByPolicy {
     fn applicable(&mut self, update: &mut Update<'_, L>, state: SampleId) -> Vec<NodeId> {
-        let state = update.model.state(state).clone();
-        update.model.applicable(&state, &mut update.counters)
+        update.applicable(state)
+    }
+
+    fn follower(&mut self, update: &mut Update<'_, L>, segment: SegmentId) -> Result<Option<NodeId>, SituError> {
+        let state = update.model.segment(segment).start.clone();
+        let applicable = update.model.applicable(&state, &mut update.counters);
+        Ok(self.cluster(update, segment, &applicable)?.instance_of)
     }
 
     /// The keyframe instantiation of the paper clusters the segment's own policy together with the others, so that
@@ -73,6 +88,6 @@ impl<L: Learner> Placement<L> for ByPolicy {
         segment: SegmentId,
         instance_of: Option<NodeId>,
     ) -> Result<Option<Match>, SituError> {
-        update.mend_match(a, segment, instance_of)
+        update.mend_match(a, segment, instance_of, self)
     }
 }

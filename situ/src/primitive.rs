@@ -45,6 +45,15 @@ pub struct Clustering {
     pub redundant: Vec<Vec<usize>>,
 }
 
+/// How far one execution is from another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Displacement {
+    /// In position, metres.
+    pub metres: f64,
+    /// In units of the teacher's own scatter (decision D21).
+    pub scatters: f64,
+}
+
 /// Fits policies and initiation classifiers, and decides which segments belong together.
 ///
 /// The algorithm needs nothing else of a representation: the paper's Find-Policy operator is
@@ -61,7 +70,12 @@ pub trait Learner {
     ///
     /// # Errors
     /// Where no policy can be fitted to these segments.
-    fn fit_policy(&self, segments: &[&Segment], counters: &mut Counters) -> Result<Self::Policy, SituError>;
+    fn fit_policy(
+        &self,
+        segments: &[&Segment],
+        calibration: &Self::Calibration,
+        counters: &mut Counters,
+    ) -> Result<Self::Policy, SituError>;
 
     /// Fit-Classifier (A2.9) and Update-Classifier (A2.19). Fits to all samples anew.
     ///
@@ -75,11 +89,12 @@ pub trait Learner {
     ) -> Result<Self::Classifier, SituError>;
 
     /// Cluster and Find-Policy (A2.2, A2.4): clusters a segment's own policy with those of the candidates, whose
-    /// distances `among` them are known: (0,1), (0,2), …, (1,2), …
+    /// distances `among` them are known: (0,1), (0,2), …, (1,2), … A candidate has a policy for each of its ways; the
+    /// nearest counts (decision D20).
     fn cluster_and_find(
         &self,
         own: &Self::Policy,
-        candidates: &[&Self::Policy],
+        candidates: &[Vec<&Self::Policy>],
         among: &[f64],
         calibration: &Self::Calibration,
         counters: &mut Counters,
@@ -133,9 +148,13 @@ pub trait Learner {
     /// The path of the policy's mean execution, relative to its reference object: always the same number of poses.
     fn path(&self, policy: &Self::Policy) -> Vec<Pose>;
 
-    /// How far the mean execution of one policy is from another's, metres, whatever the noise of either (decision D18).
-    /// The default compares the paths.
-    fn displacement(&self, left: &Self::Policy, right: &Self::Policy) -> f64 {
-        frechet(&self.path(left), &self.path(right))
+    /// How far the mean execution of one policy is from another's, whatever the noise of either (decisions D18, D21).
+    /// The default compares the paths, and knows no scatter: a metre is a metre.
+    fn displacement(&self, left: &Self::Policy, right: &Self::Policy, _: &Self::Calibration) -> Displacement {
+        let metres = frechet(&self.path(left), &self.path(right));
+        Displacement { metres, scatters: metres }
     }
+
+    /// The scale of each feature of a state (decision D16): what two worlds are told apart in (decision D20).
+    fn scales(&self) -> &[f64];
 }

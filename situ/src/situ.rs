@@ -1,12 +1,12 @@
 //! Algorithm 1 (SITU) and Algorithm 2 (Local-Update), line by line. `A1.6` is line 6 of the listing of Algorithm 1.
 //!
-//! `D10` is a decision that the paper leaves open ([`crate::decisions`]). D1, D2, D3, D10 and D18 are hooks in
-//! [`crate::mending`]. A hook does nothing where its decision is switched off; then these two procedures are the
-//! listing as the keyframe instantiation needs it. That instantiation has three rules of its own. Cluster and
-//! Find-Policy are one step (D4): Cluster puts the segment's own policy among the policies of `Z`, so it finds the
-//! segment's cluster, too, and Find-Policy only has to look up what that cluster is called now. Merged nodes have new
-//! names (D9). START and END are places, so END can be a child; `S` of a place are the states in which it begins, its
-//! positive samples (D11).
+//! `D10` is a decision that the paper leaves open ([`crate::decisions`]). D1, D2, D3, D10 and D23 are hooks in
+//! [`crate::mending`], D18 to D20 in [`crate::another_way`]. A hook does nothing where its decision is switched off;
+//! then these two procedures are the listing as the keyframe instantiation needs it. That instantiation has three rules
+//! of its own. Cluster and Find-Policy are one step (D4): Cluster puts the segment's own policy among the policies of
+//! `Z`, so it finds the segment's cluster, too, and Find-Policy only has to look up what that cluster is called now.
+//! Merged nodes have new names (D9). START and END are places, so END can be a child; `S` of a place are the states in
+//! which it begins, its positive samples (D11).
 //!
 //! What the lines call is in [`crate::update`], under the listing's names.
 
@@ -65,29 +65,31 @@ impl<L: Learner> Update<'_, L> {
         let i = placement.find_policy(self, a, d, instance_of)?; // A2.4: i ← Find-Policy(d, Π(Z_new)) (D18)
         // A2.5: if i = ∅
         let Some(i) = i else {
-            let positives = BTreeSet::from([s]); // A2.6: p ← s
+            let mut positives = BTreeSet::from([s]); // A2.6: p ← s
+            self.mend_positives(a, None, d, &mut positives); // D23
             let mut negatives = self.starts_of_children([a]); // A2.7: n ← S(children(a))
             self.add_background(a, &positives, &mut negatives); // D2
             let policy = self.fit_policy(d)?; // A2.8: π ← Fit-Policy(d)
-            let samples = Samples { positives, negatives };
+            let samples = Samples { positives: positives.clone(), negatives };
             let classifier = self.fit_classifier(&samples)?; // A2.9: c ← Fit-Classifier(p, n)
             let z = (policy, samples, classifier); // A2.10: z ← {π, c}
             let z = self.add_node(d, z); // A2.11: Add-Node(T, z)
             self.add_edge(a, z); // A2.12: Add-Edge(T, (a, z))
-            self.tell_siblings(a, Place::Node(z), s)?; // D3
+            self.tell_siblings(a, Place::Node(z), &positives)?; // D3
             return Ok(z); // A2.13: return T, z
         };
         // A2.14: else
         let z = i.node; // A2.15: z ← Z_new[i] (D10, D18: or a node outside of Z)
-        let p = s; // A2.16: p ← s
+        let mut p = BTreeSet::from([s]); // A2.16: p ← s
+        self.mend_positives(a, Some(z), d, &mut p); // D23
         // A2.17: n ← S(children(a) ∪ ⋃ children(r))
         let parents: BTreeSet<Place> = self.model.parents(Place::Node(z)).collect();
         let mut n = self.starts_of_children(parents.into_iter().chain([a]));
         self.mend_negatives(a, z, &mut n); // D1, D2
-        self.update_policy(d, &i)?; // A2.18: Update-Policy(z, d) (D18: or replaced by that of d)
-        self.update_classifier(z, p, &n)?; // A2.19: Update-Classifier(z, p, n): p and n join the samples of z
+        self.update_policy(a, d, &i)?; // A2.18: Update-Policy(z, d) (D18 to D20: or another way of it)
+        self.update_classifier(z, &p, &n)?; // A2.19: Update-Classifier(z, p, n): p and n join the samples of z
         self.add_edge(a, z); // A2.20: Add-Edge(T, (a, z))
-        self.tell_siblings(a, Place::Node(z), s)?; // D3
+        self.tell_siblings(a, Place::Node(z), &p)?; // D3
         Ok(z) // A2.21: return T, z
     }
 }

@@ -10,6 +10,7 @@ mod reconnect;
 mod samples;
 pub mod screen;
 mod undo;
+mod ways;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -23,12 +24,13 @@ use crate::primitive::{Initiation, Learner};
 use crate::segment::Segment;
 use crate::state::State;
 use crate::trace::Counters;
+use crate::trail::PastStep;
 
 use distances::Distances;
 use edges::Edges;
 pub use history::History;
 use journal::Journal;
-pub use node::{End, Node};
+pub use node::{End, Node, Way};
 use screen::Screen;
 
 /// The automaton `T`.
@@ -173,6 +175,9 @@ impl<L: Learner> TaskModel<L> {
         match sample {
             SampleId::Start(id) => &self.segment(id).start,
             SampleId::Final(index) => &self.histories[index as usize].final_state,
+            SampleId::Chosen { demonstration, index } => {
+                &self.histories[demonstration as usize].trail[index as usize].state
+            }
         }
     }
 
@@ -189,8 +194,8 @@ impl<L: Learner> TaskModel<L> {
         passing
     }
 
-    /// The distances between the policies of these nodes, in ascending order of their ids: (0,1), (0,2), …, (1,2), … A
-    /// distance is kept until one of its two policies changes.
+    /// The distances between the policies of these nodes, in ascending order of their ids: (0,1), (0,2), …, (1,2), …
+    /// Between nodes of several ways it is that of the nearest. A distance is kept until a policy of the two changes.
     ///
     /// # Errors
     /// [`SituError::UnknownNode`].
@@ -206,8 +211,11 @@ impl<L: Learner> TaskModel<L> {
                 let distance = match self.distances.get(*lower, *higher) {
                     Some(distance) => distance,
                     None => {
-                        let (left, right) = (&self.node(*lower)?.policy, &self.node(*higher)?.policy);
-                        let distance = learner.distance(left, right, Some(&self.calibration), counters);
+                        let (left, right) = (self.node(*lower)?.policies(), self.node(*higher)?.policies());
+                        let pairs = left.iter().flat_map(|left| right.iter().map(move |right| (*left, *right)));
+                        let distances =
+                            pairs.map(|(left, right)| learner.distance(left, right, Some(&self.calibration), counters));
+                        let distance = distances.fold(f64::INFINITY, f64::min);
                         self.distances.keep(*lower, *higher, distance);
                         distance
                     }
@@ -264,14 +272,20 @@ impl<L: Learner> TaskModel<L> {
     pub fn history(&self, correction: &Correction<'_>, segments: Vec<Segment>) -> Result<History, SituError> {
         let origin = self.origin(correction.last)?;
         let interrupted = correction.interrupted.map(|id| self.origin(Place::Node(id))).transpose()?.flatten();
-        Ok(History { interrupted, ..History::new(correction.demonstration, segments, origin) })
+        let mut trail = Vec::with_capacity(correction.trail.len());
+        for step in correction.trail {
+            let of = self.node(step.node)?.segments.first().copied();
+            // A node holds a segment.
+            trail.extend(of.map(|of| PastStep { state: step.state.clone(), of, end: step.end }));
+        }
+        Ok(History { interrupted, trail, ..History::new(correction.demonstration, segments, origin) })
     }
 
-    /// Add-Node (A2.11) for a set of segments.
+    /// Add-Node (A2.11) for a set of segments, with its ways.
     pub fn add_node(
         &mut self,
         segments: BTreeSet<SegmentId>,
-        policy: L::Policy,
+        ways: Vec<Way<L::Policy>>,
         samples: Samples,
         classifier: L::Classifier,
     ) -> NodeId {
@@ -279,9 +293,8 @@ impl<L: Learner> TaskModel<L> {
         self.next += 1;
         let first = segments.first().expect("a node holds at least one segment");
         let reference = self.segment(*first).reference.clone();
-        let policy_segments = segments.clone();
         self.keep(id);
-        self.put_in(id, Node { reference, segments, policy_segments, policy, samples, classifier });
+        self.put_in(id, Node { reference, segments, ways, samples, classifier });
         id
     }
 
@@ -308,31 +321,6 @@ impl<L: Learner> TaskModel<L> {
         let nodes = &mut self.histories[segment.demonstration as usize].nodes;
         assert_eq!(nodes.len(), segment.index as usize, "segments are placed in order");
         nodes.push(id);
-    }
-
-    /// Makes a segment an instance of a node, for its policy as well; the policy is fitted anew by
-    /// [`TaskModel::fit_policy`].
-    ///
-    /// # Errors
-    /// [`SituError::UnknownNode`].
-    pub fn adopt(&mut self, id: NodeId, segment: SegmentId) -> Result<(), SituError> {
-        let node = self.node_mut(id)?;
-        node.segments.insert(segment);
-        node.policy_segments.insert(segment);
-        Ok(())
-    }
-
-    /// Makes a segment an instance of a node, and gives the node the policy that was fitted to this segment alone
-    /// (decision D18). The other segments remain instances of the node, but no longer teach its policy.
-    ///
-    /// # Errors
-    /// [`SituError::UnknownNode`].
-    pub fn replace_policy(&mut self, id: NodeId, segment: SegmentId, policy: L::Policy) -> Result<(), SituError> {
-        let node = self.node_mut(id)?;
-        node.policy_segments.clear();
-        node.policy = policy;
-        self.distances.forget(id);
-        self.adopt(id, segment)
     }
 
     /// Add-Edge (A2.12, A2.20). Returns whether the edge is new.

@@ -83,7 +83,7 @@ pub enum Branch {
     New,
     /// Lines 14 to 21: an existing primitive.
     Existing,
-    /// Decision D18: an existing primitive whose policy the segment replaces.
+    /// Decisions D18 to D20: an existing primitive of which the segment shows another way.
     Modify,
 }
 
@@ -133,12 +133,26 @@ impl Step {
     }
 }
 
+/// Where the model had to be made to do what was shown, in the very state in which it was shown (decision D22).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Obedience {
+    /// Positives of a place that was chosen wrongly, and that are samples no longer.
+    pub retired: u32,
+    /// Segments that a later one of the same correction contradicts in a state that looks alike: the later won.
+    pub aliased: u32,
+    /// Segments in whose state something else is chosen all the same.
+    pub disobeyed: u32,
+}
+
 /// What one update did.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Trace {
     /// One step for each segment; empty for a full retraining and for the refinement of single primitives, which have
     /// none.
     pub steps: Vec<Step>,
+    /// Whether the model obeys. All 0 for a method that does not ask.
+    #[serde(default)]
+    pub obedience: Obedience,
     /// All the work, the steps' and what belongs to no step (END).
     pub counters: Counters,
 }

@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::decisions::Decisions;
 use crate::error::SituError;
-use crate::matching::{Clusters, Match};
+use crate::matching::{Clusters, Match, Shows};
 use crate::place::{NodeId, Place, SampleId, Samples, SegmentId};
 use crate::primitive::Learner;
 use crate::task_model::TaskModel;
-use crate::trace::{Branch, Counters, MatchedIn, Step, Trace};
+use crate::trace::{Branch, Counters, MatchedIn, Obedience, Step, Trace};
 
 /// A task model `T` under correction, the learner and the decisions, and what was done so far.
 pub struct Update<'a, L: Learner> {
@@ -18,14 +18,17 @@ pub struct Update<'a, L: Learner> {
     pub learner: &'a L,
     /// The open decisions.
     pub decisions: &'a Decisions,
-    /// The primitive that was interrupted, until the first segment has been asked whether it shows another way of it
-    /// (D18).
+    /// The primitive that was interrupted before the correction (D18).
     pub interrupted: Option<NodeId>,
+    /// The primitive that was chosen before the correction and kept from beginning (D23).
+    pub prevented: Option<NodeId>,
     /// The work of the step under way.
     pub counters: Counters,
-    /// A segment's own policy, from the moment when it is fitted until a primitive takes it.
-    own: Option<(SegmentId, L::Policy)>,
+    /// The policies of single segments, each from the moment when it is fitted until a primitive takes it.
+    own: BTreeMap<SegmentId, L::Policy>,
     steps: Vec<Step>,
+    /// Where the model had to be made to do what was shown (D22).
+    pub(crate) obedience: Obedience,
 }
 
 /// The new ids of the nodes that Local-Reconnect has merged (decision D9).
@@ -46,8 +49,17 @@ impl Renamed {
 impl<'a, L: Learner> Update<'a, L> {
     /// An update that has done nothing yet.
     pub fn new(model: &'a mut TaskModel<L>, learner: &'a L, decisions: &'a Decisions) -> Self {
-        let counters = Counters::default();
-        Self { model, learner, decisions, interrupted: None, counters, own: None, steps: Vec::new() }
+        Self {
+            model,
+            learner,
+            decisions,
+            interrupted: None,
+            prevented: None,
+            counters: Counters::default(),
+            own: BTreeMap::new(),
+            steps: Vec::new(),
+            obedience: Obedience::default(),
+        }
     }
 
     /// D17: begins the step of a segment.
@@ -69,7 +81,7 @@ impl<'a, L: Learner> Update<'a, L> {
     pub(crate) fn into_trace(self) -> Trace {
         let mut counters = self.counters;
         self.steps.iter().for_each(|step| counters += step.counters);
-        Trace { steps: self.steps, counters }
+        Trace { steps: self.steps, obedience: self.obedience, counters }
     }
 
     fn note(&mut self, note: impl FnOnce(&mut Step)) {
@@ -89,11 +101,11 @@ impl<'a, L: Learner> Update<'a, L> {
         }
         let own = self.fit_policy(d)?;
         let known = self.model.distances_among(self.learner, &candidates, &mut self.counters)?;
-        let node = |id: &NodeId| Ok(&self.model.node(*id)?.policy);
+        let node = |id: &NodeId| Ok(self.model.node(*id)?.policies());
         let policies = candidates.iter().map(node).collect::<Result<Vec<_>, SituError>>()?;
         let calibration = self.model.calibration();
         let found = self.learner.cluster_and_find(&own, &policies, &known, calibration, &mut self.counters);
-        self.own = Some((d, own));
+        self.own.insert(d, own);
         let ids = |indices: &[usize]| indices.iter().map(|index| candidates[*index]).collect::<Vec<_>>();
         let mut groups = Vec::new();
         if self.decisions.merge_redundant {
@@ -116,6 +128,7 @@ impl<'a, L: Learner> Update<'a, L> {
         let Self { model, learner, counters, .. } = self;
         let renamed = Renamed(model.local_reconnect(learner, &clusters.groups, subtract, counters)?);
         self.interrupted = self.interrupted.map(|id| renamed.node(id));
+        self.prevented = self.prevented.map(|id| renamed.node(id));
         let merged = clusters.groups.iter().map(|group| (group.clone(), renamed.node(group[0]))).collect();
         let Clusters { matched_in, compared, .. } = *clusters;
         self.note(|step| (step.merged, step.matched_in, step.candidates) = (merged, matched_in, compared));
@@ -132,9 +145,12 @@ impl<'a, L: Learner> Update<'a, L> {
     /// # Errors
     /// Where the learner refuses the segment.
     pub(crate) fn fit_policy(&mut self, d: SegmentId) -> Result<L::Policy, SituError> {
-        match self.own.take().filter(|(segment, _)| *segment == d) {
-            Some((_, policy)) => Ok(policy),
-            None => self.learner.fit_policy(&[&**self.model.segment(d)], &mut self.counters),
+        match self.own.remove(&d) {
+            Some(policy) => Ok(policy),
+            None => {
+                let Self { model, learner, counters, .. } = self;
+                learner.fit_policy(&[&**model.segment(d)], model.calibration(), counters)
+            }
         }
     }
 
@@ -149,7 +165,7 @@ impl<'a, L: Learner> Update<'a, L> {
     ) -> Result<T, SituError> {
         let policy = self.fit_policy(d)?;
         let outcome = work(self, &policy)?;
-        self.own = Some((d, policy));
+        self.own.insert(d, policy);
         Ok(outcome)
     }
 
@@ -167,43 +183,54 @@ impl<'a, L: Learner> Update<'a, L> {
         d: SegmentId,
         (policy, samples, classifier): (L::Policy, Samples, L::Classifier),
     ) -> NodeId {
-        let z = self.model.add_node(BTreeSet::from([d]), policy, samples, classifier);
+        let way = self.model.way(BTreeSet::from([d]), policy);
+        let z = self.model.add_node(BTreeSet::from([d]), vec![way], samples, classifier);
         self.model.place(d, z);
         self.counters.nodes_touched += 1;
         self.note(|step| step.branch = Branch::New);
         z
     }
 
-    /// Update-Policy (A2.18), as an exact refit; where the segment replaces the policy (D18), as that of the segment
-    /// alone.
+    /// Update-Policy (A2.18), as an exact refit of the way that the segment is an instance of; another way has the
+    /// policy of the segment alone (D18 to D20).
     ///
     /// # Errors
     /// Where the learner refuses; [`SituError::UnknownNode`].
-    pub(crate) fn update_policy(&mut self, d: SegmentId, i: &Match) -> Result<(), SituError> {
-        if i.replaces {
-            let own = self.fit_policy(d)?;
-            self.model.replace_policy(i.node, d, own)?;
-        } else {
-            self.model.adopt(i.node, d)?;
-            self.model.fit_policy(self.learner, i.node, &mut self.counters)?;
+    pub(crate) fn update_policy(&mut self, a: Place, d: SegmentId, i: &Match) -> Result<(), SituError> {
+        let (way, branch) = match i.shows {
+            Shows::AnotherWay => {
+                let own = self.fit_policy(d)?;
+                self.model.add_way(i.node, d, own, self.decisions.ways.most())?;
+                (self.model.node(i.node)?.ways.len() - 1, Branch::Modify)
+            }
+            Shows::Way(way) => {
+                self.model.adopt(i.node, way, d)?;
+                self.model.fit_policy(self.learner, i.node, way, &mut self.counters)?;
+                (way, Branch::Existing)
+            }
+        };
+        // D23: the way is wanted where another one was begun in its place.
+        let is_redone = a == Place::Node(i.node) || self.stopped() == Some(i.node);
+        if let Some(chosen) = self.chosen_before(d, i.node).filter(|_| is_redone) {
+            self.model.want(i.node, way, chosen)?;
         }
         self.model.place(d, i.node);
         self.counters.nodes_touched += 1;
-        self.note(|step| step.branch = if i.replaces { Branch::Modify } else { Branch::Existing });
+        self.note(|step| step.branch = branch);
         Ok(())
     }
 
-    /// Update-Classifier (A2.19) by one more positive and these negatives.
+    /// Update-Classifier (A2.19) by these positives and negatives.
     ///
     /// # Errors
     /// Where the learner refuses.
     pub(crate) fn update_classifier(
         &mut self,
         z: NodeId,
-        positive: SampleId,
+        positives: &BTreeSet<SampleId>,
         negatives: &BTreeSet<SampleId>,
     ) -> Result<(), SituError> {
-        self.model.add_positive(z, positive)?;
+        self.model.add_positives(z, positives)?;
         self.model.add_negatives(Place::Node(z), negatives);
         self.model.fit_classifiers(self.learner, &BTreeSet::from([Place::Node(z)]), &mut self.counters)
     }
@@ -227,6 +254,6 @@ impl<'a, L: Learner> Update<'a, L> {
         self.model.add_negatives(Place::End, &negatives);
         self.model.add_edge(a, Place::End);
         self.model.fit_classifiers(self.learner, &BTreeSet::from([Place::End]), &mut self.counters)?;
-        self.tell_siblings(a, Place::End, SampleId::Final(demonstration))
+        self.tell_siblings(a, Place::End, &BTreeSet::from([SampleId::Final(demonstration)]))
     }
 }

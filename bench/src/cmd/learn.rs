@@ -5,7 +5,6 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
-use situ::correction::Correction;
 use situ::demonstration::Kind;
 use situ::edit::{self, Difference};
 use situ::method::{self, Learned, Method};
@@ -121,12 +120,11 @@ pub fn learn(
     let mut corrected = Vec::with_capacity(corrections.len());
     let mut before = learned.graph();
     for (file, stop) in corrections.iter().zip(&stops[originals.len()..]) {
-        let (last, interrupted) = stop.in_model(&before).map_err(|Unheld { key, .. }| {
+        let stop = stop.in_model(&before).map_err(|Unheld { key, .. }| {
             let problem = format!("`{}` keeps no node that holds this segment", method.name());
             file.refuse(&format!("{key}.segment"), problem)
         })?;
-        let correction = Correction { interrupted, ..Correction::after(last, &file.demonstration) };
-        let trace = learned.correct(correction).map_err(|source| refuse(file, source))?;
+        let trace = learned.correct(stop.correction(&file.demonstration)).map_err(|source| refuse(file, source))?;
         let after = learned.graph();
         let difference = edit::difference(&before, &after);
         corrected.push(Corrected { name: file.demonstration.name().to_string(), difference, trace });

@@ -1,13 +1,23 @@
-//! The displacement of keyframes: two lists of the same keyframes, of which one may have some more.
+//! Two lists of the same keyframes, of which one may have some more, laid into each other.
+//!
+//! People give keyframes that nobody needs, and they forget some. So the shorter list is laid into the longer one, in
+//! order. The other keyframes of the longer list have no partner.
 
 use crate::demonstration::Pose;
 
-/// How far the keyframes of one list are from the same keyframes of the other, in position: metres.
-///
-/// People give keyframes that nobody needs, and they forget some. So the shorter list is laid into the longer one, in
-/// order. The other keyframes of the longer list have no partner. There are many ways to do that; this takes the one in
-/// which the farthest pair is nearest. The displacement is 0 if a list is empty.
-pub fn displacement(left: &[Pose], right: &[Pose]) -> f64 {
+/// A keyframe as it is laid: its pose, and whether the hand closes or opens there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Laid {
+    /// The pose, relative to the reference object.
+    pub pose: Pose,
+    /// Whether the hand closes or opens there.
+    pub is_contact: bool,
+}
+
+/// How far the keyframes of one list are from the same keyframes of the other, in position, in the units that `unit`
+/// gives for two keyframes that are both a contact, and for two others. There are many ways to lay one list into the
+/// other; this takes the one in which the farthest pair is nearest. 0 if a list is empty.
+pub fn displacement(left: &[Laid], right: &[Laid], unit: impl Fn(bool) -> f64) -> f64 {
     let (short, long) = if left.len() <= right.len() { (left, right) } else { (right, left) };
     // `farthest[j]`: the farthest pair if the keyframes so far are laid into the first j of the longer list in the best
     // way.
@@ -16,11 +26,45 @@ pub fn displacement(left: &[Pose], right: &[Pose]) -> f64 {
         let mut diagonal = farthest[index];
         farthest[index] = f64::INFINITY;
         for j in index + 1..=long.len() {
-            let apart = (here.translation.vector - long[j - 1].translation.vector).norm();
+            let there = &long[j - 1];
+            let apart = distance(here, there) / unit(here.is_contact && there.is_contact);
             let laid = f64::max(diagonal, apart);
             diagonal = farthest[j];
             farthest[j] = laid.min(farthest[j - 1]);
         }
     }
     farthest[long.len()]
+}
+
+fn distance(left: &Laid, right: &Laid) -> f64 {
+    (left.pose.translation.vector - right.pose.translation.vector).norm()
+}
+
+/// The indices of the keyframes that are partners, with the least sum of squared distances.
+pub fn partners(left: &[Laid], right: &[Laid]) -> Vec<(usize, usize)> {
+    if left.len() > right.len() {
+        return partners(right, left).into_iter().map(|(right, left)| (left, right)).collect();
+    }
+    let columns = right.len() + 1;
+    // The least sum if the first `row` keyframes are laid into the first `column` of the longer list.
+    let mut sums = vec![f64::INFINITY; (left.len() + 1) * columns];
+    sums[..columns].fill(0.0);
+    for row in 1..=left.len() {
+        for column in row..columns {
+            let apart = distance(&left[row - 1], &right[column - 1]);
+            let laid = sums[(row - 1) * columns + column - 1] + apart * apart;
+            sums[row * columns + column] = laid.min(sums[row * columns + column - 1]);
+        }
+    }
+    let mut pairs = Vec::with_capacity(left.len());
+    let mut column = right.len();
+    for row in (1..=left.len()).rev() {
+        while column > row && sums[row * columns + column] == sums[row * columns + column - 1] {
+            column -= 1;
+        }
+        pairs.push((row - 1, column - 1));
+        column -= 1;
+    }
+    pairs.reverse();
+    pairs
 }

@@ -48,7 +48,8 @@ pub(super) fn lifted(lift: Lift, scaled: &[f64], centre: &[f64]) -> Vec<f64> {
 
 /// Scaled values in the classifier's own units.
 pub(super) fn standardised(scaled: &[f64], units: &[(f64, f64)]) -> Vec<f64> {
-    scaled.iter().zip(units).map(|(value, (origin, unit))| (value - origin) / unit).collect()
+    let clip: f64 = std::env::var("CLIP").ok().and_then(|v| v.parse().ok()).unwrap_or(1e9);
+    scaled.iter().zip(units).map(|(value, (origin, unit))| ((value - origin) / unit).clamp(-clip, clip)).collect()
 }
 
 impl KeyframeClassifier {

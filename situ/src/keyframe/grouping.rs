@@ -7,8 +7,8 @@ use super::learner::{Calibration, KeyframeLearner, percentile};
 use super::parameters::{Compared, Cut, Divergence, KeyframeParameters};
 use super::policy::KeyframePolicy;
 use super::roles::grouped;
+use super::scatter::Scatter;
 use crate::error::SituError;
-use crate::primitive::Learner;
 use crate::segment::Segment;
 use crate::trace::Counters;
 
@@ -60,9 +60,10 @@ impl KeyframeLearner {
     pub(super) fn singles(
         &self,
         segments: &[&Segment],
+        scatter: &Scatter,
         counters: &mut Counters,
     ) -> Result<Vec<KeyframePolicy>, SituError> {
-        segments.iter().map(|segment| self.fit_policy(&[segment], counters)).collect()
+        segments.iter().map(|segment| self.policy_of(&[segment], scatter, counters)).collect()
     }
 
     /// The groups of segments that can be in one cluster, by index. Segments of different objects never are, so each
@@ -77,14 +78,14 @@ impl KeyframeLearner {
     /// Decision D8, from the distances between segments of the same role in so many originals. An infinite distance
     /// says nothing about the height of the cut: one of the two ends with a closed hand and the other does not, so no
     /// cut joins them.
-    pub(super) fn calibration(&self, originals: usize, of_roles: Vec<f64>) -> Calibration {
+    pub(super) fn calibration(&self, originals: usize, scatter: Scatter, of_roles: Vec<f64>) -> Calibration {
         let Cut { factor, prior, prior_copies, least, greatest, single } = self.parameters.cut;
         if originals < 2 {
-            return Calibration { cut: single };
+            return Calibration { cut: single, scatter };
         }
         let mut distances = vec![prior; prior_copies];
         distances.extend(of_roles.into_iter().filter(|distance| distance.is_finite()));
         distances.sort_by(f64::total_cmp);
-        Calibration { cut: (factor * percentile(&distances)).clamp(least, greatest) }
+        Calibration { cut: (factor * percentile(&distances)).clamp(least, greatest), scatter }
     }
 }

@@ -15,9 +15,10 @@ use super::logistic;
 use super::parameters::{Activation, Compared, Divergence, KeyframeParameters, Standardisation};
 use super::policy::{KeyframePolicy, observations};
 use super::roles::{grouped, in_order, lead, pooled};
+use super::scatter::Scatter;
 use crate::demonstration::Pose;
 use crate::error::SituError;
-use crate::primitive::{Clustering, Learner};
+use crate::primitive::{Clustering, Displacement, Learner};
 use crate::segment::Segment;
 use crate::state::{Schema, State};
 use crate::trace::Counters;
@@ -37,6 +38,8 @@ pub struct KeyframeLearner {
 pub struct Calibration {
     /// The height of the cut, nats per frame.
     pub cut: f64,
+    /// The teacher's own scatter (decision D21).
+    pub scatter: Scatter,
 }
 
 impl KeyframeLearner {
@@ -79,6 +82,42 @@ impl KeyframeLearner {
                 .collect()
         };
         segments.iter().map(interpolate).collect()
+    }
+
+    /// The policy of segments by a teacher of this scatter.
+    pub(super) fn policy_of(
+        &self,
+        segments: &[&Segment],
+        scatter: &Scatter,
+        counters: &mut Counters,
+    ) -> Result<KeyframePolicy, SituError> {
+        let reference = segments[0].reference.clone();
+        counters.segments_touched += segments.len() as u64;
+        let sequences: Vec<Vec<Observation>> = segments.iter().map(|segment| observations(segment)).collect();
+        // Decision D14: as many hidden states as the median number of keyframes.
+        let mut lengths: Vec<usize> = sequences.iter().map(Vec::len).collect();
+        lengths.sort_unstable();
+        let median = lengths[(lengths.len() - 1) / 2];
+        let hmm = Self::fit(&reference, &sequences, median, &self.parameters.policy, counters)?.hmm;
+        let mut holds = vec![(0.0, 0.0); hmm.emissions.len()];
+        for (segment, sequence) in segments.iter().zip(&sequences) {
+            for (keyframe, state) in segment.keyframes.iter().zip(hmm.viterbi(sequence).0) {
+                holds[state].0 += keyframe.hold;
+                holds[state].1 += 1.0;
+            }
+        }
+        let trajectories = self.trajectories(segments);
+        let states = self.parameters.signature_states;
+        let parameters = scatter.floor(&self.parameters.signature);
+        let signature = Self::fit(&reference, &trajectories, states, &parameters, counters)?;
+        Ok(KeyframePolicy {
+            reference,
+            hmm,
+            holds: holds.into_iter().map(|(sum, count): (f64, f64)| sum / count.max(1.0)).collect(),
+            log_likelihood: signature.log_likelihood(),
+            signature: signature.hmm,
+            trajectories,
+        })
     }
 
     /// The divergence of two policies, symmetrised, nats per frame. Infinite for two reference objects (D6) or two
@@ -163,33 +202,13 @@ impl Learner for KeyframeLearner {
     type Classifier = KeyframeClassifier;
     type Calibration = Calibration;
 
-    fn fit_policy(&self, segments: &[&Segment], counters: &mut Counters) -> Result<KeyframePolicy, SituError> {
-        let reference = segments[0].reference.clone();
-        counters.segments_touched += segments.len() as u64;
-        let sequences: Vec<Vec<Observation>> = segments.iter().map(|segment| observations(segment)).collect();
-        // Decision D14: as many hidden states as the median number of keyframes.
-        let mut lengths: Vec<usize> = sequences.iter().map(Vec::len).collect();
-        lengths.sort_unstable();
-        let median = lengths[(lengths.len() - 1) / 2];
-        let hmm = Self::fit(&reference, &sequences, median, &self.parameters.policy, counters)?.hmm;
-        let mut holds = vec![(0.0, 0.0); hmm.emissions.len()];
-        for (segment, sequence) in segments.iter().zip(&sequences) {
-            for (keyframe, state) in segment.keyframes.iter().zip(hmm.viterbi(sequence).0) {
-                holds[state].0 += keyframe.hold;
-                holds[state].1 += 1.0;
-            }
-        }
-        let trajectories = self.trajectories(segments);
-        let states = self.parameters.signature_states;
-        let signature = Self::fit(&reference, &trajectories, states, &self.parameters.signature, counters)?;
-        Ok(KeyframePolicy {
-            reference,
-            hmm,
-            holds: holds.into_iter().map(|(sum, count): (f64, f64)| sum / count.max(1.0)).collect(),
-            log_likelihood: signature.log_likelihood(),
-            signature: signature.hmm,
-            trajectories,
-        })
+    fn fit_policy(
+        &self,
+        segments: &[&Segment],
+        calibration: &Calibration,
+        counters: &mut Counters,
+    ) -> Result<KeyframePolicy, SituError> {
+        self.policy_of(segments, &calibration.scatter, counters)
     }
 
     fn fit_classifier(
@@ -230,7 +249,7 @@ impl Learner for KeyframeLearner {
     fn cluster_and_find(
         &self,
         own: &KeyframePolicy,
-        candidates: &[&KeyframePolicy],
+        candidates: &[Vec<&KeyframePolicy>],
         among: &[f64],
         calibration: &Calibration,
         counters: &mut Counters,
@@ -240,7 +259,8 @@ impl Learner for KeyframeLearner {
         let mut known = among.iter();
         for (index, candidate) in candidates.iter().enumerate() {
             distances.extend(known.by_ref().take(candidates.len() - 1 - index));
-            distances.push(self.divergence(candidate, own, Some(calibration.cut), counters));
+            let ways = candidate.iter().map(|way| self.divergence(way, own, Some(calibration.cut), counters));
+            distances.push(ways.fold(f64::INFINITY, f64::min));
         }
         let labels = average_linkage(&distances, candidates.len() + 1).cut(calibration.cut);
         let mut clusters: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
@@ -266,15 +286,16 @@ impl Learner for KeyframeLearner {
     fn calibrate(&self, originals: &[&[Arc<Segment>]], counters: &mut Counters) -> Result<Calibration, SituError> {
         // A role is the k-th visit to a reference object.
         let mut distances = Vec::new();
+        let scatter = self.scatter_of(originals);
         if originals.len() > 1 {
             let (segments, roles) = pooled(originals);
             for members in grouped(&roles).values() {
-                let policies =
-                    self.singles(&members.iter().map(|index| segments[*index]).collect::<Vec<_>>(), counters)?;
+                let own = members.iter().map(|index| segments[*index]).collect::<Vec<_>>();
+                let policies = self.singles(&own, &scatter, counters)?;
                 distances.extend(self.distances(&policies.iter().collect::<Vec<_>>(), None, counters));
             }
         }
-        Ok(self.calibration(originals.len(), distances))
+        Ok(self.calibration(originals.len(), scatter, distances))
     }
 
     fn cluster(
@@ -283,7 +304,7 @@ impl Learner for KeyframeLearner {
         calibration: &Calibration,
         counters: &mut Counters,
     ) -> Result<Vec<usize>, SituError> {
-        let policies = self.singles(segments, counters)?;
+        let policies = self.singles(segments, &calibration.scatter, counters)?;
         let mut first = vec![0; segments.len()];
         for members in self.comparable(segments) {
             let own: Vec<&KeyframePolicy> = members.iter().map(|index| &policies[*index]).collect();
@@ -304,7 +325,8 @@ impl Learner for KeyframeLearner {
             let calibration = self.calibrate(originals, counters)?;
             return Ok((calibration, self.cluster(&segments, &calibration, counters)?));
         }
-        let policies = self.singles(&segments, counters)?;
+        let scatter = self.scatter_of(originals);
+        let policies = self.singles(&segments, &scatter, counters)?;
         let (mut compared, mut of_roles) = (Vec::new(), Vec::new());
         for members in self.comparable(&segments) {
             let own: Vec<&KeyframePolicy> = members.iter().map(|index| &policies[*index]).collect();
@@ -317,7 +339,7 @@ impl Learner for KeyframeLearner {
                 .extend(pairs.zip(&distances).filter(|((l, r), _)| roles[**l] == roles[**r]).map(|(_, apart)| *apart));
             compared.push((members, distances));
         }
-        let calibration = self.calibration(originals.len(), of_roles);
+        let calibration = self.calibration(originals.len(), scatter, of_roles);
         let mut first = vec![0; segments.len()];
         for (members, distances) in compared {
             lead(&members, &average_linkage(&distances, members.len()).cut(calibration.cut), &mut first);
@@ -327,9 +349,18 @@ impl Learner for KeyframeLearner {
 
     /// The greatest distance between a keyframe of one policy and the same keyframe of the other, in position:
     /// [`displacement`]. A distance of paths would be wrong here: a needless or a forgotten keyframe moves the path by
-    /// as much as a small variation does.
-    fn displacement(&self, left: &KeyframePolicy, right: &KeyframePolicy) -> f64 {
-        displacement(&left.means(), &right.means())
+    /// as much as a small variation does. In units of the teacher's scatter a keyframe at which the hand closes or opens
+    /// counts more than one on the way (decision D21).
+    fn displacement(&self, left: &KeyframePolicy, right: &KeyframePolicy, calibration: &Calibration) -> Displacement {
+        let (one, other) = (left.laid(), right.laid());
+        Displacement {
+            metres: displacement(&one, &other, |_| 1.0),
+            scatters: displacement(&one, &other, |is_contact| calibration.scatter.position(is_contact)),
+        }
+    }
+
+    fn scales(&self) -> &[f64] {
+        &self.scales
     }
 
     fn path(&self, policy: &KeyframePolicy) -> Vec<Pose> {

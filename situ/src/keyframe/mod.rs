@@ -15,3 +15,4 @@ pub mod parameters;
 pub mod policy;
 pub mod pose;
 mod roles;
+pub mod scatter;

@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::hmm::HmmParameters;
 use super::logistic::LogisticParameters;
 use super::pose::METRES_PER_RADIAN;
+use super::scatter::ScatterParameters;
 
 /// Decision D5: what a policy is compared by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,6 +115,8 @@ pub struct KeyframeParameters {
     pub divergence: Divergence,
     /// The cut (D8).
     pub cut: Cut,
+    /// The teacher's own scatter (D21).
+    pub scatter: ScatterParameters,
     /// What the classifiers are linear in (D2b).
     pub lift: Lift,
     /// The units of the features (D16).
@@ -144,6 +147,7 @@ impl Default for KeyframeParameters {
             across_grips: false,
             divergence: Divergence::CrossLikelihood,
             cut: Cut { factor: 1.5, prior: 5.0, prior_copies: 3, least: 2.0, greatest: 10.0, single: 8.0 },
+            scatter: ScatterParameters::default(),
             lift: Lift::QuadraticDiagonal,
             standardisation: Standardisation::Within { prior: 0.1 },
             logistic: LogisticParameters::default(),

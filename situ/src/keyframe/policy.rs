@@ -7,9 +7,11 @@ use nalgebra::Matrix6;
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 
+use super::alignment::Laid;
 use super::divergence::FittedModel;
 use super::hmm::{Emission, Hmm, Observation};
 use super::pose::{self, Tangent};
+use super::scatter::laid;
 use crate::demonstration::Gripper;
 use crate::random::standard_normal;
 use crate::segment::{RelativeKeyframe, Segment};
@@ -104,6 +106,11 @@ impl KeyframePolicy {
     pub(super) fn ends_closed(&self) -> bool {
         let last = self.hmm.emissions.last().and_then(Emission::gripper_command);
         last.is_some_and(|command| matches!(command, Gripper::Close(_)))
+    }
+
+    /// The mean keyframes as they are laid into others.
+    pub(super) fn laid(&self) -> Vec<Laid> {
+        laid(self.mean_keyframes().into_iter().map(|keyframe| (keyframe.pose, keyframe.gripper)))
     }
 
     /// The poses of the mean keyframes.

@@ -12,7 +12,7 @@ use crate::demonstration::{Demonstration, Kind};
 use crate::error::SituError;
 use crate::keyframe::learner::KeyframeLearner;
 use crate::keyframe::parameters::KeyframeParameters;
-use crate::matching::Match;
+use crate::matching::{Match, Shows};
 use crate::place::{NodeId, Place, SampleId, SegmentId};
 use crate::placement::Placement;
 use crate::primitive::Learner;
@@ -112,7 +112,8 @@ impl<L: Learner> Placement<L> for Direct<'_> {
         let known = self.named.get(&name).copied();
         // What has no name yet will be the next node.
         self.named.entry(name).or_insert(update.model.next_id());
-        Ok(known.map(|node| Match { node, replaces: self.replaces(segment) }))
+        let shows = if self.replaces(segment) { Shows::AnotherWay } else { Shows::Way(0) };
+        Ok(known.map(|node| Match { node, shows }))
     }
 }
 

@@ -12,7 +12,7 @@ use super::rebuild::rebuild;
 use super::replay::{Later, replay};
 use super::{KEYFRAME_AUTOMATON, KeyframeAutomaton, Learned, Method, Original, Role};
 use crate::correction::{Correction, Oracle};
-use crate::decisions::{Background, Candidates, Decisions};
+use crate::decisions::{Background, Candidates, Decisions, Limit, Modify, Ways};
 use crate::demonstration::Demonstration;
 use crate::error::SituError;
 use crate::fold::fold;
@@ -21,6 +21,7 @@ use crate::keyframe::learner::KeyframeLearner;
 use crate::keyframe::parameters::{Activation, Compared, Divergence, KeyframeParameters, Lift, Standardisation};
 use crate::keyframe::policy::Execution;
 use crate::place::{NodeId, Place};
+use crate::primitive::Learner;
 use crate::placement::ByPolicy;
 use crate::segment::{RelativeKeyframe, Segment};
 use crate::segmentation::{by_narration, by_reference_object};
@@ -155,6 +156,7 @@ pub fn all() -> Vec<KeyframeMethod> {
             summary: "steps are what the teacher calls them, and a step shown again replaces the one before",
             source: "Mohseni-Kabir, Rich, Chernova, Sidner and Miller 2015 (reconstruction)",
             update: Update::Direct(Rule::Narrated),
+            decisions: Decisions::replacing,
             ..SITU
         },
     ];
@@ -190,6 +192,28 @@ fn decided() -> Vec<KeyframeMethod> {
         }),
         decided("situ:no_modify", "D18 off: an unmatched segment always adds a node", || Decisions {
             modify: None,
+            ..Decisions::mended()
+        }),
+        decided("situ:no_follow", "D19 off: addition or modification is decided by distance alone", || Decisions {
+            follow: false,
+            ..Decisions::mended()
+        }),
+        decided("situ:replace", "D20 off: a new way replaces the old one", || Decisions {
+            ways: Ways::Replace,
+            ..Decisions::mended()
+        }),
+        decided("situ:fixed_displacement", "D21: displaced is 3 cm, and 7 cm for what was not being done", || {
+            let limit = |metres| Limit { metres, scatters: 0.0 };
+            let modify = Decisions::mended().modify;
+            let fixed = |rule| Modify { near: limit(0.03), far: limit(0.07), ..rule };
+            Decisions { modify: modify.map(fixed), ..Decisions::mended() }
+        }),
+        decided("situ:no_obedience", "D22 off: the model may choose something else where it was corrected", || Decisions {
+            obey: false,
+            ..Decisions::mended()
+        }),
+        decided("situ:no_trail", "D23 off: what the robot had chosen before the correction is not heeded", || Decisions {
+            trail: false,
             ..Decisions::mended()
         }),
     ]
@@ -350,17 +374,20 @@ impl Learned for KeyframeTask {
     fn keyframes(
         &self,
         node: NodeId,
+        state: &State,
         execution: Execution,
         rng: &mut ChaCha8Rng,
     ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError> {
-        let policy = &self.model.node(node)?.policy;
+        let way = self.model.way_in(node, state, self.learner.scales())?;
+        let policy = &self.model.node(node)?.ways[way].policy;
         Ok((policy.reference().clone(), policy.keyframes(execution, rng)))
     }
 
     fn held_out(&self, demonstration: &Demonstration) -> Vec<(usize, Option<f64>)> {
         let explained = |segment: &Segment| {
             let nodes = self.model.nodes_of(&segment.reference).filter_map(|id| self.model.node(id).ok());
-            let values = nodes.map(|node| node.policy.log_likelihood_of(segment));
+            let policies = nodes.flat_map(|node| node.policies());
+            let values = policies.map(|policy| policy.log_likelihood_of(segment));
             values.filter(|value| value.is_finite()).reduce(f64::max)
         };
         let segments = self.segments(demonstration);

@@ -26,13 +26,14 @@ pub trait Learned: Send + Sync {
     /// The place that most probably follows `last` in `state`, and its probability; `None` where no place follows.
     fn next(&self, last: Place, state: &State) -> Option<(Place, f64)>;
 
-    /// The reference object of a primitive, and the keyframes of one execution relative to it.
+    /// The reference object of a primitive, and the keyframes of one execution in `state`, relative to it.
     ///
     /// # Errors
     /// [`SituError::UnknownNode`].
     fn keyframes(
         &self,
         node: NodeId,
+        state: &State,
         execution: Execution,
         rng: &mut ChaCha8Rng,
     ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError>;

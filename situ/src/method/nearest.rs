@@ -125,6 +125,7 @@ impl Learned for Memory {
     fn keyframes(
         &self,
         node: NodeId,
+        _: &State,
         _: Execution,
         _: &mut ChaCha8Rng,
     ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError> {
@@ -142,7 +143,7 @@ impl Learned for Memory {
                     id,
                     reference: segment.reference.clone(),
                     segments: vec![SegmentId { demonstration, index }],
-                    path: segment.keyframes.iter().map(|keyframe| keyframe.pose).collect(),
+                    paths: vec![segment.keyframes.iter().map(|keyframe| keyframe.pose).collect()],
                 });
                 graph.edges.push((before, Place::Node(id)));
                 before = Place::Node(id);

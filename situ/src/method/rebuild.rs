@@ -76,14 +76,15 @@ pub(super) fn assemble<L: Learner>(
     let mut blank: Option<L::Classifier> = None;
     for segments in clusters.values() {
         let data: Vec<&Segment> = segments.iter().map(|id| &**model.segment(*id)).collect();
-        let policy = learner.fit_policy(&data, &mut counters)?;
+        let policy = learner.fit_policy(&data, model.calibration(), &mut counters)?;
         let positives: BTreeSet<SampleId> = segments.iter().copied().map(SampleId::Start).collect();
         let samples = Samples { positives, negatives: BTreeSet::new() };
         let classifier = match &blank {
             Some(classifier) => classifier.clone(),
             None => blank.insert(model.fit_samples(learner, &samples, &mut counters)?).clone(),
         };
-        nodes.push(model.add_node(segments.clone(), policy, samples, classifier));
+        let way = model.way(segments.clone(), policy);
+        nodes.push(model.add_node(segments.clone(), vec![way], samples, classifier));
     }
     for (id, label) in ids.iter().zip(labels) {
         model.place(*id, nodes[*label]);
@@ -94,7 +95,7 @@ pub(super) fn assemble<L: Learner>(
     }
     retrain_classifiers(&mut model, learner, decisions, &mut counters)?;
     counters.nodes_touched += model.len() as u64;
-    Ok((model, Trace { steps: Vec::new(), counters }))
+    Ok((model, Trace { counters, ..Trace::default() }))
 }
 
 /// Refits every policy, signature and classifier of a model without clustering again: the cheapest full retraining.
@@ -107,13 +108,15 @@ pub fn refit<L: Learner>(
     decisions: &Decisions,
 ) -> Result<(TaskModel<L>, Trace), SituError> {
     let mut counters = Counters::default();
-    let nodes: Vec<_> = model.nodes().map(|(id, _)| id).collect();
-    for id in nodes {
-        model.fit_policy(learner, id, &mut counters)?;
+    let nodes: Vec<_> = model.nodes().map(|(id, node)| (id, node.ways.len())).collect();
+    for (id, ways) in nodes {
+        for way in 0..ways {
+            model.fit_policy(learner, id, way, &mut counters)?;
+        }
     }
     retrain_classifiers(&mut model, learner, decisions, &mut counters)?;
     counters.nodes_touched += model.len() as u64;
-    Ok((model, Trace { steps: Vec::new(), counters }))
+    Ok((model, Trace { counters, ..Trace::default() }))
 }
 
 /// The negatives of every place by the rules of Algorithm 2 and the decisions, then every classifier.

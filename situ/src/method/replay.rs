@@ -57,11 +57,9 @@ pub fn replay<L: Learner>(
     let (mut model, trace) = assemble(whole, &labels[..taught], calibration, learner, decisions, counters)?;
     let mut counters = trace.counters;
     for history in corrections {
-        let node = |segment: Option<SegmentId>| segment.and_then(|segment| model.node_of(segment));
-        let (last, interrupted) = (node(history.after).map_or(Place::Start, Place::Node), node(history.interrupted));
+        let last = history.after.and_then(|segment| model.node_of(segment)).map_or(Place::Start, Place::Node);
         let count = history.segments.len();
         let mut update = Update::new(&mut model, learner, decisions);
-        update.interrupted = interrupted;
         update.fold(last, history, &mut clusters)?;
         counters += update.into_trace().counters;
         clusters.labels = &clusters.labels[count..];
@@ -69,7 +67,7 @@ pub fn replay<L: Learner>(
     // Every policy is an exact fit by now. The negatives were gathered in order, and full retraining knows them all.
     model.forget_negatives();
     retrain_classifiers(&mut model, learner, decisions, &mut counters)?;
-    Ok((model, Trace { steps: Vec::new(), counters }))
+    Ok((model, Trace { counters, ..Trace::default() }))
 }
 
 /// Places the segments of a correction by the global clusters.
@@ -92,6 +90,11 @@ impl<L: Learner> Placement<L> for ByCluster<'_> {
         Ok(Clusters { instance_of, groups: Vec::new(), matched_in: MatchedIn::None, compared: 0 })
     }
 
+    fn follower(&mut self, update: &mut Update<'_, L>, segment: SegmentId) -> Result<Option<NodeId>, SituError> {
+        let first = self.first.get(&self.labels[segment.index as usize]);
+        Ok(first.and_then(|first| update.model.node_of(*first)))
+    }
+
     fn find_policy(
         &mut self,
         update: &mut Update<'_, L>,
@@ -100,13 +103,9 @@ impl<L: Learner> Placement<L> for ByCluster<'_> {
         instance_of: Option<NodeId>,
     ) -> Result<Option<Match>, SituError> {
         let (Later::Replaces, Some(rule)) = (self.later, update.decisions.modify) else {
-            return update.mend_match(a, segment, instance_of);
+            return update.mend_match(a, segment, instance_of, self);
         };
-        update.interrupted = None;
         let Some(node) = instance_of else { return Ok(None) };
-        update.with_own_policy(segment, |update, policy| {
-            let displacement = update.learner.displacement(&update.model.node(node)?.policy, policy);
-            Ok(Some(Match { node, replaces: displacement >= rule.min_displacement }))
-        })
+        update.with_own_policy(segment, |update, own| update.shown_of(node, own, rule.far).map(Some))
     }
 }

@@ -1,27 +1,14 @@
-//! Policies and classifiers of a task model, fitted to its data.
+//! The classifiers of a task model, fitted to its data.
 
 use std::collections::BTreeSet;
 
 use super::TaskModel;
 use crate::error::SituError;
-use crate::place::{NodeId, Place, SampleId, Samples};
+use crate::place::{Place, SampleId, Samples};
 use crate::primitive::{Initiation, Learner};
-use crate::segment::Segment;
 use crate::trace::Counters;
 
 impl<L: Learner> TaskModel<L> {
-    /// Fits the policy of a node to its policy's segments (Update-Policy, A2.18).
-    ///
-    /// # Errors
-    /// Where the learner refuses.
-    pub fn fit_policy(&mut self, learner: &L, id: NodeId, counters: &mut Counters) -> Result<(), SituError> {
-        let segments: Vec<&Segment> = self.node(id)?.policy_segments.iter().map(|id| &**self.segment(*id)).collect();
-        let policy = learner.fit_policy(&segments, counters)?;
-        self.node_mut(id)?.policy = policy;
-        self.distances.forget(id);
-        Ok(())
-    }
-
     /// Fits the classifier of each of these places to its samples (Update-Classifier, A2.19); START has none.
     ///
     /// # Errors

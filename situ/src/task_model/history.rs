@@ -8,6 +8,7 @@ use crate::demonstration::{Demonstration, Kind};
 use crate::place::{NodeId, SegmentId};
 use crate::segment::Segment;
 use crate::state::State;
+use crate::trail::PastStep;
 
 /// One demonstration and the primitives it traversed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -20,6 +21,9 @@ pub struct History {
     pub kind: Kind,
     /// A segment of the primitive that was under way before the demonstration and did not run to its end, if one was.
     pub interrupted: Option<SegmentId>,
+    /// The choices that led to the failure, in order; empty where nobody wrote them down.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub trail: Vec<PastStep>,
     /// Its segments.
     pub segments: Vec<Arc<Segment>>,
     /// The node of each segment that has been placed so far.
@@ -38,6 +42,7 @@ impl History {
             after,
             kind: demonstration.kind(),
             interrupted: None,
+            trail: Vec::new(),
             segments: segments.into_iter().map(Arc::new).collect(),
             nodes: Vec::new(),
             final_state: demonstration.final_state().clone(),

@@ -5,8 +5,22 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use crate::place::{Samples, SegmentId};
+use crate::place::{SampleId, Samples, SegmentId};
 use crate::primitive::Learner;
+
+/// One way of doing what a primitive does (decision D20).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Way<P> {
+    /// The segments that its policy is fitted to.
+    pub segments: BTreeSet<SegmentId>,
+    /// The policy `π`.
+    pub policy: P,
+    /// The states in which this way is known to be the right one: where it was shown to begin, and where another way was
+    /// begun and this one was shown in its place.
+    pub wanted: BTreeSet<SampleId>,
+    /// Whether a correction added it.
+    pub is_corrective: bool,
+}
 
 /// A node `z`: a primitive with the data beneath it.
 #[derive(Debug, PartialEq, Serialize)]
@@ -16,10 +30,8 @@ pub struct Node<L: Learner> {
     pub reference: Arc<str>,
     /// The segments that are instances of the primitive.
     pub segments: BTreeSet<SegmentId>,
-    /// The segments among them that its policy is fitted to: fewer after a modification (decision D18).
-    pub policy_segments: BTreeSet<SegmentId>,
-    /// The policy `π`.
-    pub policy: L::Policy,
+    /// The ways of doing it, the oldest first; never empty. The listing knows one, the policy `π`.
+    pub ways: Vec<Way<L::Policy>>,
     /// The samples of its classifier.
     pub samples: Samples,
     /// The initiation classifier `c`.
@@ -36,14 +48,30 @@ pub struct End<L: Learner> {
     pub classifier: Option<L::Classifier>,
 }
 
+impl<L: Learner> Node<L> {
+    /// The newest way.
+    pub fn newest(&self) -> &Way<L::Policy> {
+        self.ways.last().expect("a node has a way")
+    }
+
+    /// The policies of its ways, the oldest first.
+    pub fn policies(&self) -> Vec<&L::Policy> {
+        self.ways.iter().map(|way| &way.policy).collect()
+    }
+
+    /// The segments that a policy of it is fitted to: fewer than it holds, where a modification replaced others.
+    pub fn policy_segments(&self) -> BTreeSet<SegmentId> {
+        self.ways.iter().flat_map(|way| &way.segments).copied().collect()
+    }
+}
+
 // Written out, for a derived `Clone` would ask the learner for one.
 impl<L: Learner> Clone for Node<L> {
     fn clone(&self) -> Self {
         Self {
             reference: self.reference.clone(),
             segments: self.segments.clone(),
-            policy_segments: self.policy_segments.clone(),
-            policy: self.policy.clone(),
+            ways: self.ways.clone(),
             samples: self.samples.clone(),
             classifier: self.classifier.clone(),
         }

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::TaskModel;
+use super::node::Way;
 use crate::error::SituError;
 use crate::place::{NodeId, Place, Samples, SegmentId};
 use crate::primitive::Learner;
@@ -25,28 +26,24 @@ impl<L: Learner> TaskModel<L> {
         let mut renamed = BTreeMap::new();
         for group in groups {
             let mut segments = BTreeSet::new();
-            let mut policy_segments = BTreeSet::new();
             let mut samples = Samples::default();
             for id in group {
                 let node = self.node(*id)?;
                 segments.extend(&node.segments);
-                policy_segments.extend(&node.policy_segments);
                 samples.positives.extend(&node.samples.positives);
                 samples.negatives.extend(&node.samples.negatives);
             }
             if subtract {
                 samples.negatives = samples.negatives.difference(&samples.positives).copied().collect();
             }
-            let data: Vec<&Segment> = policy_segments.iter().map(|id| &**self.segment(*id)).collect();
-            let policy = learner.fit_policy(&data, counters)?;
+            let ways = self.merged_ways(learner, group, counters)?;
             let classifier = self.fit_samples(learner, &samples, counters)?;
             counters.nodes_touched += group.len() as u64 + 1;
             for id in group {
                 self.remove(*id);
             }
             let touched = segments.clone();
-            let merged = self.add_node(segments, policy, samples, classifier);
-            self.node_mut(merged)?.policy_segments = policy_segments;
+            let merged = self.add_node(segments, ways, samples, classifier);
             for segment in &touched {
                 self.histories[segment.demonstration as usize].nodes[segment.index as usize] = merged;
             }
@@ -54,6 +51,59 @@ impl<L: Learner> TaskModel<L> {
             renamed.extend(group.iter().map(|id| (*id, merged)));
         }
         Ok(renamed)
+    }
+
+    /// The ways of a merged node, the oldest first. Of each node the way that is nearest to what there is already becomes
+    /// one with it, and its policy is fitted anew; the others stand beside it. The ways of one node never merge.
+    fn merged_ways(
+        &self,
+        learner: &L,
+        group: &[NodeId],
+        counters: &mut Counters,
+    ) -> Result<Vec<Way<L::Policy>>, SituError> {
+        let mut all: Vec<Way<L::Policy>> = Vec::new();
+        let mut pooled = BTreeSet::new();
+        for id in group {
+            let mut ways = self.node(*id)?.ways.clone();
+            if !all.is_empty() {
+                let (old, new) = self.nearest_pair(learner, &all, &ways, counters);
+                let joins = ways.remove(new);
+                all[old].segments.extend(&joins.segments);
+                all[old].wanted.extend(&joins.wanted);
+                all[old].is_corrective &= joins.is_corrective;
+                pooled.insert(old);
+            }
+            all.append(&mut ways);
+        }
+        for way in pooled {
+            let data: Vec<&Segment> = all[way].segments.iter().map(|id| &**self.segment(*id)).collect();
+            all[way].policy = learner.fit_policy(&data, &self.calibration, counters)?;
+        }
+        all.sort_by_key(|way| way.segments.first().copied());
+        Ok(all)
+    }
+
+    /// The indices of the two ways, one of each list, whose policies are nearest; the first where they tie.
+    fn nearest_pair(
+        &self,
+        learner: &L,
+        left: &[Way<L::Policy>],
+        right: &[Way<L::Policy>],
+        counters: &mut Counters,
+    ) -> (usize, usize) {
+        if left.len() == 1 && right.len() == 1 {
+            return (0, 0);
+        }
+        let mut nearest = (f64::INFINITY, (0, 0));
+        for (one, own) in left.iter().enumerate() {
+            for (two, other) in right.iter().enumerate() {
+                let distance = learner.distance(&own.policy, &other.policy, Some(&self.calibration), counters);
+                if distance < nearest.0 {
+                    nearest = (distance, (one, two));
+                }
+            }
+        }
+        nearest.1
     }
 
     fn remove(&mut self, id: NodeId) {

@@ -30,13 +30,41 @@ impl<L: Learner> TaskModel<L> {
         places.filter_map(|place| self.samples(place)).flat_map(|samples| &samples.positives).copied().collect()
     }
 
-    /// Adds a positive sample to a node.
+    /// Adds positive samples to a node.
     ///
     /// # Errors
     /// [`SituError::UnknownNode`].
-    pub fn add_positive(&mut self, id: NodeId, sample: SampleId) -> Result<(), SituError> {
-        self.node_mut(id)?.samples.positives.insert(sample);
+    pub fn add_positives(&mut self, id: NodeId, samples: &BTreeSet<SampleId>) -> Result<(), SituError> {
+        self.node_mut(id)?.samples.positives.extend(samples);
         Ok(())
+    }
+
+    /// Takes a positive away from a place that has others. The history keeps it (decision D22).
+    pub fn retire(&mut self, place: Place, sample: SampleId) {
+        if let Some(samples) = self.samples_mut(place)
+            && samples.positives.len() > 1
+        {
+            samples.positives.remove(&sample);
+        }
+    }
+
+    /// The place that a robot came from to the state of a sample.
+    pub fn before(&self, sample: SampleId) -> Option<Place> {
+        let node = |segment: SegmentId| self.node_of(segment).map(Place::Node);
+        let origin = |demonstration: u32| {
+            self.histories[demonstration as usize].after.map_or(Some(Place::Start), node)
+        };
+        match sample {
+            SampleId::Start(SegmentId { demonstration, index: 0 }) => origin(demonstration),
+            SampleId::Start(SegmentId { demonstration, index }) => node(SegmentId { demonstration, index: index - 1 }),
+            SampleId::Final(demonstration) => {
+                self.histories[demonstration as usize].nodes.last().map(|node| Place::Node(*node))
+            }
+            SampleId::Chosen { index: 0, .. } => Some(Place::Start),
+            SampleId::Chosen { demonstration, index } => {
+                node(self.histories[demonstration as usize].trail[index as usize - 1].of)
+            }
+        }
     }
 
     /// Adds a positive sample to END.

@@ -140,7 +140,7 @@ impl Task {
         let labels: Vec<Vec<usize>> = (0..shown.len()).map(|recording| labelling.labels(recording)).collect();
         let mut counters = Counters::default();
         let automaton = Automaton::of(&shown, &labels, scales.clone(), &mut counters);
-        Ok((Self { shown, scales, parameters, seed, labelling, automaton }, Trace { steps: Vec::new(), counters }))
+        Ok((Self { shown, scales, parameters, seed, labelling, automaton }, Trace { counters, ..Trace::default() }))
     }
 
     fn node(&self, id: NodeId) -> Result<&automaton::Node, SituError> {
@@ -172,6 +172,7 @@ impl Learned for Task {
     fn keyframes(
         &self,
         node: NodeId,
+        _: &State,
         execution: Execution,
         rng: &mut ChaCha8Rng,
     ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError> {
@@ -184,7 +185,7 @@ impl Learned for Task {
             id: NodeId(id),
             reference: node.skill.reference.clone(),
             segments: node.segments.clone(),
-            path: node.skill.mean_path(),
+            paths: vec![node.skill.mean_path()],
         };
         Graph {
             nodes: (0..).zip(&self.automaton.nodes).map(node).collect(),

@@ -75,7 +75,7 @@ impl Automaton {
         // there.
         let mut contexts = BTreeMap::new();
         for (id, node) in task.nodes() {
-            let first = node.policy_segments.first().ok_or(SituError::UnknownNode(id))?;
+            let first = node.newest().segments.first().ok_or(SituError::UnknownNode(id))?;
             contexts.insert(id, frames.context(task.segment(*first)));
         }
         let mut all_steps: Vec<Vec<Vec<StarhmmStep>>> = Vec::new();
@@ -87,7 +87,7 @@ impl Automaton {
         let mut versions: BTreeMap<NodeId, Vec<usize>> = BTreeMap::new();
         for (slot, (id, node)) in task.nodes().enumerate() {
             let old = retired.get(&id).into_iter().flatten();
-            let groups: Vec<&BTreeSet<SegmentId>> = old.chain([&node.policy_segments]).collect();
+            let groups: Vec<&BTreeSet<SegmentId>> = old.chain([&node.newest().segments]).collect();
             for group in &groups {
                 let shown: Vec<&StarhmmStep> = group
                     .iter()

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::candidate::Candidate;
 use super::selection::Plan;
 use crate::error::SituError;
-use crate::matching::{Clusters, Match};
+use crate::matching::{Clusters, Match, Shows};
 use crate::place::{NodeId, Place, SampleId, SegmentId};
 use crate::placement::Placement;
 use crate::primitive::Learner;
@@ -80,8 +80,9 @@ impl<L: Learner> Placement<L> for Planned<'_> {
         }
         let node = self.made.get(&planned).copied().unwrap_or(planned);
         if replaces {
-            self.retired.push((node, update.model.node(node)?.policy_segments.clone()));
+            self.retired.push((node, update.model.node(node)?.newest().segments.clone()));
+            return Ok(Some(Match { node, shows: Shows::AnotherWay }));
         }
-        Ok(Some(Match { node, replaces }))
+        Ok(Some(Match { node, shows: Shows::Way(0) }))
     }
 }

@@ -53,7 +53,7 @@ impl ItmcdTask {
         Ok(Self {
             model: TaskModel::clone(&original.model),
             learner: original.learner(),
-            decisions: Decisions::mended(),
+            decisions: Decisions::replacing(),
             scales: original.schema.features().iter().map(|feature| feature.scale).collect(),
             parameters,
             retired: Retired::new(),
@@ -153,10 +153,11 @@ impl Learned for ItmcdTask {
     fn keyframes(
         &self,
         node: NodeId,
+        _: &State,
         execution: Execution,
         rng: &mut ChaCha8Rng,
     ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError> {
-        let policy = &self.model.node(node)?.policy;
+        let policy = &self.model.node(node)?.newest().policy;
         Ok((policy.reference().clone(), policy.keyframes(execution, rng)))
     }
 

@@ -3,7 +3,7 @@
 use crate::decisions::Modify;
 use crate::error::SituError;
 use crate::keyframe::learner::KeyframeLearner;
-use crate::mending::{first_near, suspects};
+use crate::keyframe::policy::KeyframePolicy;
 use crate::place::{NodeId, Place};
 use crate::primitive::Learner;
 use crate::segment::Segment;
@@ -43,7 +43,55 @@ impl Attribution<'_> {
         if suspects.is_empty() {
             return Ok(None);
         }
-        let own = self.learner.fit_policy(&[segment], counters)?;
+        let own = self.learner.fit_policy(&[segment], self.model.calibration(), counters)?;
         first_near(self.model, &suspects, &own, self.learner, self.rule, counters)
     }
+}
+
+/// The primitives that the segment can show another way of doing, in this order: the one that was interrupted, the
+/// most probable child of `a` if it is probable enough, and `a` itself. Only primitives on the segment's object count.
+///
+/// # Errors
+/// [`SituError::UnknownNode`].
+fn suspects(
+    model: &TaskModel<KeyframeLearner>,
+    a: Place,
+    interrupted: Option<NodeId>,
+    segment: &Segment,
+    rule: &Modify,
+) -> Result<Vec<NodeId>, SituError> {
+    let nodes = model.children(a).filter(|child| matches!(child, Place::Node(_)));
+    let likely = nodes
+        .map(|child| (model.probability(child, &segment.start), child))
+        .reduce(|best, other| if other.0 > best.0 { other } else { best });
+    let likely = likely.filter(|(probability, _)| *probability >= rule.min_probability).map(|(_, child)| child);
+    let mut suspects = Vec::new();
+    for place in interrupted.map(Place::Node).into_iter().chain(likely).chain([a]) {
+        if let Place::Node(y) = place
+            && model.node(y)?.reference == segment.reference
+        {
+            suspects.push(y);
+        }
+    }
+    Ok(suspects)
+}
+
+/// The first of the suspects whose policy is not too far from the segment's own.
+///
+/// # Errors
+/// [`SituError::UnknownNode`].
+fn first_near(
+    model: &TaskModel<KeyframeLearner>,
+    suspects: &[NodeId],
+    own: &KeyframePolicy,
+    learner: &KeyframeLearner,
+    rule: &Modify,
+    counters: &mut Counters,
+) -> Result<Option<NodeId>, SituError> {
+    for y in suspects {
+        if learner.distance(&model.node(*y)?.newest().policy, own, None, counters) <= rule.max_distance {
+            return Ok(Some(*y));
+        }
+    }
+    Ok(None)
 }

@@ -59,8 +59,9 @@ impl<R: Refine> RefinedTask<R> {
             return Ok(known.clone());
         }
         let node = self.model.node(id)?;
-        let segments: Vec<&Segment> = node.policy_segments.iter().map(|id| &**self.model.segment(*id)).collect();
-        let primitive = self.refine.fit(&node.policy, &segments, &mut trace.counters)?;
+        let way = node.newest();
+        let segments: Vec<&Segment> = way.segments.iter().map(|id| &**self.model.segment(*id)).collect();
+        let primitive = self.refine.fit(&way.policy, &segments, &mut trace.counters)?;
         Ok(Corrected { segments: Vec::new(), primitive })
     }
 }
@@ -103,10 +104,11 @@ impl<R: Refine> Learned for RefinedTask<R> {
     fn keyframes(
         &self,
         node: NodeId,
+        _: &State,
         execution: Execution,
         rng: &mut ChaCha8Rng,
     ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError> {
-        let policy = &self.model.node(node)?.policy;
+        let policy = &self.model.node(node)?.newest().policy;
         let reference = policy.reference().clone();
         let Some(corrected) = self.corrected.get(&node) else {
             return Ok((reference, policy.keyframes(execution, rng)));
@@ -128,7 +130,7 @@ impl<R: Refine> Learned for RefinedTask<R> {
             let Some(corrected) = self.corrected.get(&node.id) else { continue };
             let keyframes = self.refine.keyframes(&corrected.primitive);
             let means: Vec<Isometry3<f64>> = keyframes.iter().map(|keyframe| keyframe.mean.pose).collect();
-            node.path = resample(&means, parameters.signature_points, parameters.metres_per_radian);
+            node.paths = vec![resample(&means, parameters.signature_points, parameters.metres_per_radian)];
             node.segments.extend(&corrected.segments);
         }
         graph

@@ -1,0 +1,143 @@
+//! How far apart the same keyframes of one teacher are (decision D21): the unit in which a displacement means something.
+
+use core::f64::consts::PI;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::alignment::{Laid, partners};
+use super::hmm::HmmParameters;
+use super::learner::KeyframeLearner;
+use super::roles::{grouped, pooled};
+use crate::demonstration::{Gripper, Pose};
+use crate::segment::Segment;
+
+/// Standard deviations of one keyframe, each axis: metres and radians.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Deviation {
+    /// Of positions, metres.
+    pub position: f64,
+    /// Of rotations, radians.
+    pub rotation: f64,
+}
+
+/// The scatter of a teacher, estimated from segments of the same role in the originals.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Scatter {
+    /// At keyframes at which the hand closes or opens.
+    pub contact: Deviation,
+    /// At all others.
+    pub free: Deviation,
+    /// Whether an estimate was outside of what is believed of a teacher.
+    pub is_clamped: bool,
+}
+
+/// Decision D21: the parameters of the estimate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScatterParameters {
+    /// What is believed before anything is seen.
+    pub prior: Deviation,
+    /// How many pairs of keyframes the prior counts for.
+    pub prior_pairs: f64,
+    /// The least scatter: a script without noise has none.
+    pub least: Deviation,
+    /// The greatest.
+    pub greatest: Deviation,
+}
+
+impl Default for ScatterParameters {
+    /// The prior is that of decision D12.
+    fn default() -> Self {
+        Self {
+            prior: Deviation { position: 0.02, rotation: 9.0 * PI / 180.0 },
+            prior_pairs: 3.0,
+            least: Deviation { position: 0.005, rotation: 3.0 * PI / 180.0 },
+            greatest: Deviation { position: 0.04, rotation: 60.0 * PI / 180.0 },
+        }
+    }
+}
+
+/// The median of χ² with 3 degrees of freedom: what the median of squared lengths is, in units of one axis.
+const CHI_SQUARED_3_MEDIAN: f64 = 2.365_973_884_375_338;
+
+impl Scatter {
+    /// The standard deviation of a position, metres.
+    pub(super) fn position(&self, is_contact: bool) -> f64 {
+        if is_contact { self.contact.position } else { self.free.position }
+    }
+
+    /// The parameters of a signature by this teacher: a floor that is no lower than the scatter.
+    pub(super) fn floor(&self, parameters: &HmmParameters) -> HmmParameters {
+        HmmParameters {
+            position_floor: parameters.position_floor.max(self.free.position),
+            rotation_floor: parameters.rotation_floor.max(self.free.rotation),
+            ..*parameters
+        }
+    }
+}
+
+/// The variance of one axis from squared distances of pairs, both of which scatter: by their median, which a needless
+/// keyframe or a wrong partner does not move.
+fn variance(mut squares: Vec<f64>) -> f64 {
+    if squares.is_empty() {
+        return 0.0;
+    }
+    squares.sort_by(f64::total_cmp);
+    let middle = squares.len() / 2;
+    let median = if squares.len() % 2 == 1 { squares[middle] } else { 0.5 * (squares[middle - 1] + squares[middle]) };
+    0.5 * median / CHI_SQUARED_3_MEDIAN
+}
+
+/// Keyframes as they are laid. At the first of them nothing is known to change.
+pub(super) fn laid(keyframes: impl Iterator<Item = (Pose, Gripper)>) -> Vec<Laid> {
+    let mut before: Option<Gripper> = None;
+    let lay = |(pose, gripper)| {
+        let is_contact = before.replace(gripper).is_some_and(|before| before.is_moved_by(gripper));
+        Laid { pose, is_contact }
+    };
+    keyframes.map(lay).collect()
+}
+
+impl KeyframeLearner {
+    /// The scatter of the teacher of these originals.
+    pub(super) fn scatter_of(&self, originals: &[&[Arc<Segment>]]) -> Scatter {
+        let rule = &self.parameters.scatter;
+        let (segments, roles) = pooled(originals);
+        // Contacts, then the others: squared distances in position and in rotation.
+        let mut squares: [[Vec<f64>; 2]; 2] = Default::default();
+        for members in grouped(&roles).values() {
+            let keyframes = |index: &usize| {
+                laid(segments[*index].keyframes.iter().map(|keyframe| (keyframe.pose, keyframe.gripper)))
+            };
+            let shown: Vec<Vec<Laid>> = members.iter().map(keyframes).collect();
+            for (index, left) in shown.iter().enumerate() {
+                for right in &shown[index + 1..] {
+                    for (one, other) in partners(left, right) {
+                        let (one, other) = (&left[one], &right[other]);
+                        let apart = one.pose.translation.vector - other.pose.translation.vector;
+                        let turned = one.pose.rotation.angle_to(&other.pose.rotation);
+                        let kind = &mut squares[usize::from(!(one.is_contact && other.is_contact))];
+                        kind[0].push(apart.norm_squared());
+                        kind[1].push(turned * turned);
+                    }
+                }
+            }
+        }
+        let mut is_clamped = false;
+        let mut deviation = |squares: Vec<f64>, prior: f64, least: f64, greatest: f64| {
+            let seen = squares.len() as f64;
+            let pooled = (seen * variance(squares) + rule.prior_pairs * prior * prior) / (seen + rule.prior_pairs);
+            let deviation = libm::sqrt(pooled);
+            let clamped = deviation.clamp(least, greatest);
+            is_clamped |= clamped != deviation;
+            clamped
+        };
+        let mut of = |[positions, rotations]: [Vec<f64>; 2]| Deviation {
+            position: deviation(positions, rule.prior.position, rule.least.position, rule.greatest.position),
+            rotation: deviation(rotations, rule.prior.rotation, rule.least.rotation, rule.greatest.rotation),
+        };
+        let [contact, free] = squares;
+        let (contact, free) = (of(contact), of(free));
+        Scatter { contact, free, is_clamped }
+    }
+}

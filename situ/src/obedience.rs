@@ -1,0 +1,93 @@
+//! Obedience (decision D22): in the state in which something was shown, and after the primitive after which it was
+//! shown, the model chooses what was shown.
+
+use crate::error::SituError;
+use crate::place::{Place, SampleId, SegmentId};
+use crate::primitive::Learner;
+use crate::update::Update;
+
+/// What was shown: after this place, in the state of this sample, that place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Lesson {
+    after: Place,
+    state: SampleId,
+    shown: Place,
+}
+
+impl<L: Learner> Update<'_, L> {
+    /// Makes the model do what a correction has shown, each segment and END in their order. Where another place is
+    /// chosen, the positives that made it so are retired: of that place those that a robot came to by the same way, the
+    /// nearest first. They stay in the history, and a place keeps its last. Of two segments that contradict each other
+    /// in states that look alike the later wins.
+    ///
+    /// # Errors
+    /// Where the learner refuses.
+    pub(crate) fn obey(&mut self, demonstration: u32) -> Result<(), SituError> {
+        let lessons = self.lessons(demonstration);
+        for lesson in &lessons {
+            self.make_obey(*lesson, demonstration)?;
+        }
+        for (index, lesson) in lessons.iter().enumerate() {
+            if self.chosen(*lesson) != Some(lesson.shown) {
+                let later = &lessons[index + 1..];
+                let is_aliased = later.iter().any(|later| later.after == lesson.after && self.chosen(*lesson) == Some(later.shown));
+                if is_aliased {
+                    self.obedience.aliased += 1;
+                } else {
+                    self.obedience.disobeyed += 1;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn lessons(&self, demonstration: u32) -> Vec<Lesson> {
+        let history = &self.model.histories()[demonstration as usize];
+        let starts = (0..).zip(&history.nodes).map(|(index, node)| {
+            let state = SampleId::Start(SegmentId { demonstration, index });
+            (state, Place::Node(*node))
+        });
+        let end = history.carried_to_end.then_some((SampleId::Final(demonstration), Place::End));
+        let lesson = |(state, shown)| Some(Lesson { after: self.model.before(state)?, state, shown });
+        starts.chain(end).filter_map(lesson).collect()
+    }
+
+    fn chosen(&self, lesson: Lesson) -> Option<Place> {
+        self.model.most_probable_child(lesson.after, self.model.state(lesson.state)).map(|(place, _)| place)
+    }
+
+    fn make_obey(&mut self, lesson: Lesson, demonstration: u32) -> Result<(), SituError> {
+        while let Some(chosen) = self.chosen(lesson).filter(|chosen| *chosen != lesson.shown) {
+            let Some(sample) = self.to_retire(lesson, chosen, demonstration) else { return Ok(()) };
+            self.model.retire(chosen, sample);
+            self.obedience.retired += 1;
+            self.model.fit_classifiers(self.learner, &[chosen].into(), &mut self.counters)?;
+        }
+        Ok(())
+    }
+
+    /// The positive of the wrongly chosen place that is retired next: the nearest of those that came through the same
+    /// place, what this correction itself shows last of all. `None` where the place has no other.
+    fn to_retire(&self, lesson: Lesson, chosen: Place, demonstration: u32) -> Option<SampleId> {
+        let positives = self.model.starts([chosen].into_iter());
+        if positives.len() < 2 {
+            return None;
+        }
+        let here = self.model.state(lesson.state);
+        let scales = self.learner.scales();
+        let distance = |sample: &SampleId| {
+            let there = self.model.state(*sample).values().iter();
+            let units = here.values().iter().zip(there).zip(scales);
+            units.map(|((here, there), scale)| ((here - there) / scale) * ((here - there) / scale)).sum::<f64>()
+        };
+        let is_shown_now = |sample: &SampleId| match sample {
+            SampleId::Start(id) => id.demonstration == demonstration,
+            SampleId::Final(own) | SampleId::Chosen { demonstration: own, .. } => *own == demonstration,
+        };
+        let through = positives.into_iter().filter(|sample| self.model.before(*sample) == Some(lesson.after));
+        through
+            .map(|sample| (is_shown_now(&sample), distance(&sample), sample))
+            .min_by(|left, right| left.0.cmp(&right.0).then(left.1.total_cmp(&right.1)).then(left.2.cmp(&right.2)))
+            .map(|(_, _, sample)| sample)
+    }
+}
