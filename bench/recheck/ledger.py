@@ -60,6 +60,7 @@ class Correction:
     steps: tuple[Step, ...]
     counters: dict[str, int]
     update_seconds: float
+    obedience: dict[str, int]
 
 
 @dataclass(frozen=True)
@@ -242,16 +243,19 @@ def _held_out(value: Object | None) -> HeldOut | None:
 
 
 def _correction(value: Object) -> Correction:
+    is_shown_again = value["nodes_added"] + value["nodes_modified"] > 0
     made = {
         "node-addition": value["nodes_added"],
-        "edge-addition": value["edges_added"],
+        # A way back along which something else was shown again is no edit of its own.
+        "edge-addition": value["edges_added"] - (value.get("edges_back", 0) if is_shown_again else 0),
         "node-modification": value["nodes_modified"],
     }
     steps = (Step(step["applicable"], step["model_size"], step.get("retrieved")) for step in value["steps"])
     edits = frozenset(edit for edit, count in made.items() if count) or frozenset({"none"})
     effort, decided_by = _effort(value["effort"]), _rate_given(value["decided_by"])
     return Correction(
-        effort, decided_by, value["shows_change"], edits, tuple(steps), value["counters"], value["update_seconds"]
+        effort, decided_by, value["shows_change"], edits, tuple(steps), value["counters"], value["update_seconds"],
+        value.get("obedience", {}),
     )
 
 

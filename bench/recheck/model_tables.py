@@ -105,6 +105,15 @@ def _structure(name: str, measure: Measure) -> Column[Row]:
     return pooled(name, lambda row: mean(row.runs, _scored(measure)))
 
 
+def _obedience(name: str) -> Column[Row]:
+    """How often the models of a row had to be made to do what was shown, or do not."""
+
+    def of(row: Row) -> int:
+        return sum(correction.obedience.get(name, 0) for run in row.runs for correction in run.corrections)
+
+    return count(name, of)
+
+
 def t3(ledger: Ledger) -> Table:
     """Edits needed and made."""
     runs = [run for run in ledger.counted() if run.method not in (FROM_SCRATCH, CONTROL)]
@@ -112,6 +121,7 @@ def t3(ledger: Ledger) -> Table:
         RUNS, UNITS, VARIATIONS, UNCORRECTED,
         *_made("first", first_edits),
         *_made("all", all_edits),
+        *map(_obedience, ("retired", "aliased", "disobeyed")),
         *(_structure(name, measure) for name, measure in F1.items()),
         _structure("duplicates", lambda structure: structure.duplicates),
     ]

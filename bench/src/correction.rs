@@ -5,8 +5,10 @@ use std::sync::Arc;
 
 use situ::correction::{Correction, Oracle};
 use situ::demonstration::{Demonstration, Kind};
-use situ::edit::difference;
+use situ::edit::{Difference, difference};
+use situ::graph::Graph;
 use situ::method::{Learned, Method, Original};
+use situ::place::{NodeId, Place};
 use situ::structure::Structure;
 use situ_tasks::{Setting, Skill};
 use situ_teachers::Onset;
@@ -115,6 +117,7 @@ impl<'a> Robot<'a> {
         }
         self.lesson.corrected(&before, &stop, demonstration);
         let made = difference(&before, &after);
+        let edges_back = edges_back(&made, &before, &after, &stop);
         Ok(CorrectionRecord {
             failure: trigger,
             last: stop::reference(&before, stop.last),
@@ -123,8 +126,10 @@ impl<'a> Robot<'a> {
             edit_made: made.edit(),
             nodes_added: count(made.nodes_added.len()),
             edges_added: count(made.edges_added.len()),
+            edges_back,
             nodes_modified: count(made.nodes_modified.len()),
             nodes_merged: count(made.nodes_merged),
+            obedience: trace.obedience,
             steps: trace.steps.iter().zip(retrieved).map(|(step, found)| StepSummary::of(step, found)).collect(),
             counters: trace.counters,
             decided_by: Rate::default(),
@@ -272,6 +277,18 @@ impl<'a> Conditions<'a> {
         let Rollout { last, interrupted, trail, .. } = rollout;
         Ok(Some(Failure { cursor, trigger, stop: Stop { last, interrupted, trail } }))
     }
+}
+
+/// How many of the added edges lead back to what the robot had already done before it stopped.
+fn edges_back(made: &Difference, before: &Graph, after: &Graph, stop: &Stop) -> u32 {
+    let (held_before, holders) = (before.holders(), after.holders());
+    let is_done = |id: NodeId| stop.trail.iter().any(|step| step.node == id);
+    let done: BTreeSet<Place> = held_before
+        .iter()
+        .filter(|(_, node)| is_done(node.id))
+        .filter_map(|(segment, _)| Some(Place::Node(holders.get(segment)?.id)))
+        .collect();
+    count(made.edges_added.iter().filter(|(_, to)| done.contains(to)).count())
 }
 
 /// Whether a demonstration shows what changed: a skill that the original task has not, or does in another way. Where

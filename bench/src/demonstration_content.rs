@@ -3,7 +3,7 @@
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use situ::demonstration::{Gripper, Kind};
-use situ::state::Feature;
+use situ::state::{Axis, Feature};
 use situ::trail::StepEnd;
 
 /// A primitive, named by a segment of an earlier demonstration that its node holds.
@@ -22,6 +22,8 @@ pub(crate) struct FileContent {
     pub(crate) name: String,
     pub(crate) kind: Kind,
     pub(crate) schema: Vec<Feature>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) half_turn: Option<Axis>,
     // An `Option` may be left out, unless a function is named that reads it.
     #[serde(deserialize_with = "Option::deserialize")]
     pub(crate) after: Option<Instance>,

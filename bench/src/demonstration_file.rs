@@ -30,6 +30,8 @@
 //! - `kind`: `"original"`, the task from its start; or `"corrective"`, a part of the task, given at a failure.
 //! - `schema`: the features of a state in order. `scale` is the typical size of a difference that matters, above 0. All
 //!   files of one call have the same schema.
+//! - `half_turn`: `"x"`, `"y"` or `"z"` where half a turn of the hand about this axis of its own frame is the same
+//!   grasp, as for a parallel gripper about its approach. It may be left out; all files of one call agree.
 //! - `after`: what ran last before the demonstration. `null` is START, and always so for an original. Otherwise
 //!   `{"demonstration": name, "segment": index}` is the node that holds that segment of an earlier demonstration;
 //!   indices count from 0.
@@ -195,7 +197,7 @@ fn checked(file: FileContent) -> Result<(Demonstration, Schema, Before), Mistake
     if file.keyframes.is_empty() {
         return Err(mistake("keyframes", "an empty demonstration, expected at least one keyframe"));
     }
-    let schema = schema(&file.schema)?;
+    let schema = schema(&file.schema)?.with_half_turn(file.half_turn);
     let step = |(index, step): (usize, FileStep)| {
         let state = state(&step.state, &schema, format!("trail[{index}].state"))?;
         Ok(BeforeStep { state, primitive: step.primitive, end: step.end })
@@ -336,7 +338,8 @@ pub fn check_together(files: &[DemonstrationFile]) -> Result<Vec<StopPoint>, Ben
         {
             let (here, there) = (file.schema.features(), first.schema.features());
             let differs = here.iter().zip(there).position(|(here, there)| here != there);
-            let key = differs.map_or("schema".to_owned(), |feature| format!("schema[{feature}]"));
+            let other = if here.len() == there.len() { "half_turn" } else { "schema" };
+            let key = differs.map_or(other.to_owned(), |feature| format!("schema[{feature}]"));
             let problem = format!("expected the schema of {}: all files of one call share it", first.path.display());
             return Err(file.refuse(&key, problem));
         }
@@ -376,6 +379,7 @@ pub fn render(demonstration: &Demonstration, schema: &Schema, before: &Before) -
         name: demonstration.name().to_string(),
         kind: demonstration.kind(),
         schema: schema.features().to_vec(),
+        half_turn: schema.half_turn(),
         after: before.after.clone(),
         interrupted: before.interrupted.clone(),
         trail: before.trail.iter().map(step).collect(),

@@ -11,7 +11,7 @@ use std::ops::AddAssign;
 use serde::{Deserialize, Serialize};
 use situ::edit::Edit;
 use situ::structure::Structure;
-use situ::trace::{Branch, Counters, MatchedIn, Step};
+use situ::trace::{Branch, Counters, MatchedIn, Obedience, Step};
 use situ_teachers::TeachingEffort;
 
 use crate::calibration::BranchCalibration;
@@ -391,9 +391,12 @@ impl CorrectionRecord {
     /// The set of edits that it made: a new node brings its own edges, so an edge addition is one between known places.
     /// Never empty: where nothing changed, it is [`Edit::None`].
     pub fn edits(&self) -> BTreeSet<Edit> {
+        // Where something is shown by doing it over again, the way back is no edit of its own.
+        let is_shown_again = self.nodes_added + self.nodes_modified > 0;
+        let edges = self.edges_added - if is_shown_again { self.edges_back } else { 0 };
         let made = [
             (Edit::NodeAddition, self.nodes_added),
-            (Edit::EdgeAddition, self.edges_added),
+            (Edit::EdgeAddition, edges),
             (Edit::NodeModification, self.nodes_modified),
         ];
         let edits: BTreeSet<Edit> = made.into_iter().filter(|(_, count)| *count > 0).map(|(edit, _)| edit).collect();
@@ -419,10 +422,16 @@ pub struct CorrectionRecord {
     pub nodes_added: u32,
     /// Edges added.
     pub edges_added: u32,
+    /// Those of them that lead back to what the robot had already done in the rollout that failed.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub edges_back: u32,
     /// Nodes modified.
     pub nodes_modified: u32,
     /// Nodes merged away.
     pub nodes_merged: u32,
+    /// Whether the model obeys.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub obedience: Obedience,
     /// The local updates; none for a full retraining.
     pub steps: Vec<StepSummary>,
     /// The exact work of the update.
@@ -481,6 +490,10 @@ impl CostRecord {
             correction: self.correction,
         }
     }
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]

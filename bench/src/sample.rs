@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use situ::edit::Edit;
 use situ::structure::{Agreement, Structure};
-use situ::trace::{Branch, Counters, MatchedIn};
+use situ::trace::{Branch, Counters, MatchedIn, Obedience};
 
 use crate::calibration::{BranchCalibration, ConfidenceBin};
 use crate::held_out::HeldOut;
@@ -42,7 +42,9 @@ fn correction(edit_made: Edit, applicable: u32, update_seconds: f64) -> Correcti
         nodes_added: u32::from(edit_made == Edit::NodeAddition),
         edges_added: u32::from(edit_made == Edit::EdgeAddition),
         nodes_modified: u32::from(edit_made == Edit::NodeModification),
+        edges_back: 0,
         nodes_merged: 0,
+        obedience: Obedience::default(),
         steps: vec![step],
         counters: Counters {
             hmm_fits: 4,

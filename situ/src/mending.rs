@@ -26,30 +26,38 @@ use crate::update::Update;
 use crate::worlds::is_unlike;
 
 impl<L: Learner> Update<'_, L> {
-    /// A1.6, D23: the primitives that are applicable where the segment begins, and where the robot last chose what it
-    /// should not have done. Somebody who steps in leaves the hand where no primitive begins.
+    /// A1.6, D10 and D23: the primitives about the segment's object that are applicable where the segment begins, or
+    /// where the robot last chose what it should not have done; where none is, the likeliest. Somebody who steps in
+    /// leaves the hand where no primitive begins. As printed: whatever is applicable where the segment begins.
     pub fn applicable(&mut self, state: SampleId) -> Vec<NodeId> {
-        let Self { model, counters, .. } = &mut *self;
-        let mut applicable = model.applicable(model.state(state), counters);
-        if let SampleId::Start(d) = state
-            && let Some(chosen) = self.stopped().and_then(|y| self.chosen_before(d, y))
-        {
-            let Self { model, counters, .. } = self;
-            applicable.extend(model.applicable(model.state(chosen), counters));
-            applicable.sort_unstable();
-            applicable.dedup();
+        let (SampleId::Start(d), Candidates::ReferenceFallback(_)) = (state, self.decisions.candidates) else {
+            return self.model.applicable(self.model.state(state), &mut self.counters);
+        };
+        let chosen = self.stopped().and_then(|y| self.chosen_before(d, y));
+        let states: Vec<&State> = chosen.into_iter().chain([state]).map(|sample| self.model.state(sample)).collect();
+        let mut applicable = Vec::new();
+        let mut likeliest: Option<(f64, NodeId)> = None;
+        for id in self.model.nodes_of(&self.model.segment(d).reference) {
+            let Ok(node) = self.model.node(id) else { continue };
+            self.counters.classifier_evaluations += states.len() as u64;
+            if states.iter().any(|state| node.classifier.is_applicable(state)) {
+                applicable.push(id);
+            }
+            let probability = states.iter().map(|state| node.classifier.probability(state)).fold(0.0, f64::max);
+            if likeliest.is_none_or(|(most, _)| probability > most) {
+                likeliest = Some((probability, id));
+            }
+        }
+        if applicable.is_empty() {
+            applicable.extend(likeliest.map(|(_, id)| id));
         }
         applicable
     }
 
     /// A2.2, D10: the primitives that a segment is compared with first.
-    pub fn candidates(&self, segment: SegmentId, applicable: &[NodeId]) -> Vec<NodeId> {
+    pub fn candidates(&self, applicable: &[NodeId]) -> Vec<NodeId> {
         match self.decisions.candidates {
-            Candidates::Applicable => applicable.to_vec(),
-            Candidates::ReferenceFallback(_) => {
-                let of_object: BTreeSet<NodeId> = self.model.nodes_of(&self.model.segment(segment).reference).collect();
-                applicable.iter().copied().filter(|id| of_object.contains(id)).collect()
-            }
+            Candidates::Applicable | Candidates::ReferenceFallback(_) => applicable.to_vec(),
             Candidates::All => self.model.nodes().map(|(id, _)| id).collect(),
         }
     }

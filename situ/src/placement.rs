@@ -63,8 +63,7 @@ impl<L: Learner> Placement<L> for ByPolicy {
     }
 
     fn follower(&mut self, update: &mut Update<'_, L>, segment: SegmentId) -> Result<Option<NodeId>, SituError> {
-        let state = update.model.segment(segment).start.clone();
-        let applicable = update.model.applicable(&state, &mut update.counters);
+        let applicable = update.applicable(SampleId::Start(segment));
         Ok(self.cluster(update, segment, &applicable)?.instance_of)
     }
 
@@ -76,7 +75,7 @@ impl<L: Learner> Placement<L> for ByPolicy {
         segment: SegmentId,
         applicable: &[NodeId],
     ) -> Result<Clusters, SituError> {
-        let candidates = update.candidates(segment, applicable);
+        let candidates = update.candidates(applicable);
         let clusters = update.cluster(segment, &candidates)?;
         update.ask_further(segment, &candidates, clusters)
     }

@@ -16,11 +16,26 @@ pub struct Feature {
     pub scale: f64,
 }
 
+/// An axis of the gripper's frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Axis {
+    /// The first.
+    X,
+    /// The second.
+    Y,
+    /// The third.
+    Z,
+}
+
 /// The named, scaled features of an observed state; one schema a task family (decision D0d).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Schema {
     features: Vec<Feature>,
+    /// Half a turn of the hand about this axis of its frame is the same grasp (decision D24).
+    #[serde(skip)]
+    half_turn: Option<Axis>,
 }
 
 impl Schema {
@@ -41,7 +56,18 @@ impl Schema {
                 return Err(refuse("the name appears twice"));
             }
         }
-        Ok(Self { features })
+        Ok(Self { features, half_turn: None })
+    }
+
+    /// The same for a hand that is as it was after half a turn about an axis of its frame: a parallel gripper about its
+    /// approach (decision D24).
+    pub fn with_half_turn(self, axis: Option<Axis>) -> Self {
+        Self { half_turn: axis, ..self }
+    }
+
+    /// The axis of the gripper's frame about which half a turn is the same grasp, if there is one.
+    pub fn half_turn(&self) -> Option<Axis> {
+        self.half_turn
     }
 
     /// The features in order.

@@ -2,7 +2,7 @@
 
 use situ::demonstration::Gripper;
 use situ::error::SituError;
-use situ::state::{Feature, Schema, State};
+use situ::state::{Axis, Feature, Schema, State};
 use situ_tasks::{Episode, Setting};
 
 /// The learner's schema of a setting's observed state.
@@ -11,7 +11,9 @@ use situ_tasks::{Episode, Setting};
 /// Where the setting's schema breaks a rule of the learner's.
 pub fn schema(setting: &Setting) -> Result<Schema, SituError> {
     let features = setting.schema.features.iter();
-    Schema::new(features.map(|feature| Feature { name: feature.name.clone(), scale: feature.scale }).collect())
+    let features = features.map(|feature| Feature { name: feature.name.clone(), scale: feature.scale }).collect();
+    // A parallel gripper: half a turn about its approach is the same grasp.
+    Ok(Schema::new(features)?.with_half_turn(Some(Axis::Z)))
 }
 
 /// The observed state of an episode.

@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 use situ::edit::Edit;
 use situ::method::Role;
 use situ::structure::Structure;
+use situ::trace::Obedience;
 
 use super::column::{Columns, Shape};
 use super::measure::{mean, of_runs, share_of, units, variations};
@@ -27,14 +28,17 @@ const TITLE: Title = Title {
     note: "A row is a method and the edit that the variation needs, over all tasks, teachers and seeds whose run \
         counts. `first` counts the set of edits that the first correction made which shows what changed, `all` the set \
         that all corrections of a run made together. An edit is what a correction changed on the whole: what it added \
-        and merged away again is none. `several` are sets of two or more. `nearest` can add nodes only. `right` is the \
-        share in which the set was the edit needed and nothing else. `uncorrected` are runs without a correction, \
-        whether they reached the target or not. Teaching from scratch and the control edit nothing and have no row. \
-        Node F1 is over pairs of keyframes, which belong together where the teacher calls both the same; edge F1 is \
-        over transitions from skill to skill; duplicates are nodes whose skill an earlier node holds. 1 is beyond a \
-        method that cuts where an object is named and sees one skill where two cubes go into one bin: the best of \
-        those is `oracle_edit`. Means over runs. Two 95 % bootstrap intervals each: by units (family × seed) and by \
-        variations.",
+        and merged away again is none, and neither is a way back along which something was shown again that was added \
+        or modified. `several` are sets of two or more. `nearest` can add nodes only. `right` is the share in which \
+        the set was the edit needed and nothing else. `uncorrected` are runs without a correction, whether they \
+        reached the target or not. Teaching from scratch and the control edit nothing and have no row. What was shown \
+        must be what is chosen where it was shown: `retired` counts the samples that were taken away for that, \
+        `aliased` the segments that a later one of the same correction contradicts in a state that looks alike, \
+        `disobeyed` those in whose state something else is chosen all the same. Node F1 is over pairs of keyframes, \
+        which belong together where the teacher calls both the same; edge F1 is over transitions from skill to skill; \
+        duplicates are nodes whose skill an earlier node holds. 1 is beyond a method that cuts where an object is \
+        named and sees one skill where two cubes go into one bin: the best of those is `oracle_edit`. Means over runs. \
+        Two 95 % bootstrap intervals each: by units (family × seed) and by variations.",
 };
 
 /// Protocol, method, and the edit that the variation needs.
@@ -57,6 +61,15 @@ const MADE: [Made; 2] = [
         ["all_several", "all_right"],
         |run| Some(run.edits()).filter(|edits| !edits.is_empty()),
     ),
+];
+
+/// Where the model was made to obey, or does not.
+type Obeyed = (&'static str, fn(&Obedience) -> u32);
+
+const OBEDIENCE: [Obeyed; 3] = [
+    ("retired", |obedience| obedience.retired),
+    ("aliased", |obedience| obedience.aliased),
+    ("disobeyed", |obedience| obedience.disobeyed),
 ];
 
 type Measure = (&'static str, fn(&Structure) -> Option<f64>);
@@ -88,6 +101,10 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
                 share_of(&of_runs(row.of.iter().copied(), pair))
             },
         )
+    });
+    let columns = OBEDIENCE.into_iter().fold(columns, |columns, (name, count)| {
+        let of_run = move |run: &&RunRecord| run.corrections.iter().map(|given| count(&given.obedience)).sum::<u32>();
+        columns.count(name, move |row: &Row| row.of.iter().map(of_run).sum::<u32>() as usize)
     });
     STRUCTURE.into_iter().fold(columns, |columns, (name, measure)| {
         columns.column(name, Shape::Pooled(2), move |row| {

@@ -18,6 +18,9 @@ pub struct KeyframeClassifier {
     pub(super) centre: Vec<f64>,
     /// The origin and the unit of each feature in the regression, both in scaled units (decision D16), shape (d).
     pub(super) units: Vec<(f64, f64)>,
+    /// The greatest number of units that a feature counts (decision D16).
+    #[serde(skip)]
+    pub(super) most: f64,
     /// The classifier is activated only up to this root mean square scaled distance from the centre. Infinite without a
     /// bound.
     pub(super) radius: f64,
@@ -46,16 +49,15 @@ pub(super) fn lifted(lift: Lift, scaled: &[f64], centre: &[f64]) -> Vec<f64> {
     row.into_iter().map(|value: f64| value / norm).collect()
 }
 
-/// Scaled values in the classifier's own units.
-pub(super) fn standardised(scaled: &[f64], units: &[(f64, f64)]) -> Vec<f64> {
-    let clip: f64 = std::env::var("CLIP").ok().and_then(|v| v.parse().ok()).unwrap_or(1e9);
-    scaled.iter().zip(units).map(|(value, (origin, unit))| ((value - origin) / unit).clamp(-clip, clip)).collect()
+/// Scaled values in the classifier's own units, at most so many of them.
+pub(super) fn standardised(scaled: &[f64], units: &[(f64, f64)], most: f64) -> Vec<f64> {
+    scaled.iter().zip(units).map(|(value, (origin, unit))| ((value - origin) / unit).clamp(-most, most)).collect()
 }
 
 impl KeyframeClassifier {
     fn confidence(&self, scaled: &[f64]) -> f64 {
-        let centre = standardised(&self.centre, &self.units);
-        self.fit.probability(&lifted(self.lift, &standardised(scaled, &self.units), &centre))
+        let centre = standardised(&self.centre, &self.units, self.most);
+        self.fit.probability(&lifted(self.lift, &standardised(scaled, &self.units, self.most), &centre))
     }
 }
 

@@ -20,7 +20,7 @@ use crate::demonstration::Pose;
 use crate::error::SituError;
 use crate::primitive::{Clustering, Displacement, Learner};
 use crate::segment::Segment;
-use crate::state::{Schema, State};
+use crate::state::{Axis, Schema, State};
 use crate::trace::Counters;
 
 /// The percentile of decisions D8 and D10b.
@@ -31,6 +31,8 @@ const PERCENTILE: f64 = 0.95;
 pub struct KeyframeLearner {
     pub(super) parameters: KeyframeParameters,
     scales: Arc<[f64]>,
+    /// The symmetry of the hand (decision D24).
+    pub(super) half_turn: Option<Axis>,
 }
 
 /// The height at which the dendrogram is cut (decision D8). The task model keeps it.
@@ -45,7 +47,8 @@ pub struct Calibration {
 impl KeyframeLearner {
     /// A learner for states of this schema.
     pub fn new(schema: &Schema, parameters: KeyframeParameters) -> Self {
-        Self { parameters, scales: schema.features().iter().map(|feature| feature.scale).collect() }
+        let half_turn = schema.half_turn().filter(|_| parameters.symmetry);
+        Self { parameters, scales: schema.features().iter().map(|feature| feature.scale).collect(), half_turn }
     }
 
     /// The parameters.
@@ -158,7 +161,7 @@ impl KeyframeLearner {
 
     /// The origin and the unit of each feature in a regression (decision D16).
     fn units(&self, positives: &[Vec<f64>], negatives: &[Vec<f64>], centre: &[f64]) -> Vec<(f64, f64)> {
-        let Standardisation::Within { prior } = self.parameters.standardisation else {
+        let Standardisation::Within { prior, .. } = self.parameters.standardisation else {
             return vec![(0.0, 1.0); centre.len()];
         };
         let other = mean(negatives, centre.len());
@@ -236,14 +239,15 @@ impl Learner for KeyframeLearner {
             }
         };
         let lift = self.parameters.lift;
-        let origin = standardised(&centre, &units);
+        let most = self.parameters.standardisation.most();
+        let origin = standardised(&centre, &units, most);
         let rows: Vec<Vec<f64>> =
-            points.iter().map(|point| lifted(lift, &standardised(point, &units), &origin)).collect();
+            points.iter().map(|point| lifted(lift, &standardised(point, &units, most), &origin)).collect();
         let rows: Vec<&[f64]> = rows.iter().map(Vec::as_slice).collect();
         let labels: Vec<bool> = (0..rows.len()).map(|index| index < positives.len()).collect();
         let fit = logistic::fit(&rows, &labels, &self.parameters.logistic)
             .map_err(|error| SituError::Classifier(error.to_string()))?;
-        Ok(KeyframeClassifier { lift, fit, centre, units, radius, scales: self.scales.clone() })
+        Ok(KeyframeClassifier { lift, fit, centre, units, most, radius, scales: self.scales.clone() })
     }
 
     fn cluster_and_find(

@@ -7,6 +7,7 @@ pub mod cluster;
 pub mod divergence;
 pub mod frechet;
 mod grouping;
+mod half_turn;
 pub mod hmm;
 pub mod interpolate;
 pub mod learner;

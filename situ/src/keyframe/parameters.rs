@@ -72,7 +72,20 @@ pub enum Standardisation {
     Within {
         /// The number of samples that the fixed scale counts as.
         prior: f64,
+        /// A feature counts so many units at the most. Something that has nothing to do with a primitive, and that
+        /// stands where it never stood before, would else outweigh all the others.
+        most: f64,
     },
+}
+
+impl Standardisation {
+    /// The greatest number of units that a feature counts.
+    pub const fn most(self) -> f64 {
+        match self {
+            Self::Fixed => f64::INFINITY,
+            Self::Within { most, .. } => most,
+        }
+    }
 }
 
 /// Decision D10b: when a classifier is activated in the index.
@@ -115,6 +128,8 @@ pub struct KeyframeParameters {
     pub divergence: Divergence,
     /// The cut (D8).
     pub cut: Cut,
+    /// Whether the symmetry of the hand is heeded, where the schema has one (D24).
+    pub symmetry: bool,
     /// The teacher's own scatter (D21).
     pub scatter: ScatterParameters,
     /// What the classifiers are linear in (D2b).
@@ -135,7 +150,7 @@ impl Default for KeyframeParameters {
     fn default() -> Self {
         // D12: with a smaller rotation scale, noise dominates the divergence.
         let signature =
-            HmmParameters { position_floor: 0.02, rotation_floor: 9.0 * PI / 180.0, ..HmmParameters::default() };
+            HmmParameters { position_floor: 0.02, rotation_floor: [9.0 * PI / 180.0; 3], ..HmmParameters::default() };
         Self {
             policy: HmmParameters::default(),
             signature,
@@ -147,9 +162,10 @@ impl Default for KeyframeParameters {
             across_grips: false,
             divergence: Divergence::CrossLikelihood,
             cut: Cut { factor: 1.5, prior: 5.0, prior_copies: 3, least: 2.0, greatest: 10.0, single: 8.0 },
+            symmetry: true,
             scatter: ScatterParameters::default(),
             lift: Lift::QuadraticDiagonal,
-            standardisation: Standardisation::Within { prior: 0.1 },
+            standardisation: Standardisation::Within { prior: 0.1, most: 3.0 },
             logistic: LogisticParameters::default(),
             activation: Activation::Bounded { factor: 2.0, least: 0.3 },
             seed: 0,

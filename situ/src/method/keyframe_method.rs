@@ -341,7 +341,7 @@ impl Learned for KeyframeTask {
     fn correct(&mut self, correction: Correction<'_>) -> Result<Trace, SituError> {
         let Correction { demonstration, oracle, .. } = correction;
         demonstration.check_features(self.learner.features())?;
-        let segments = self.segments(demonstration);
+        let segments = self.learner.as_the_model_has_it(self.segments(demonstration), &self.model);
         let history = self.model.history(&correction, segments)?;
         self.update.check(self.method, demonstration, oracle)?;
         let Self { model, learner, decisions, .. } = self;
@@ -390,7 +390,7 @@ impl Learned for KeyframeTask {
             let values = policies.map(|policy| policy.log_likelihood_of(segment));
             values.filter(|value| value.is_finite()).reduce(f64::max)
         };
-        let segments = self.segments(demonstration);
+        let segments = self.learner.as_the_model_has_it(self.segments(demonstration), &self.model);
         segments.iter().map(|segment| (segment.keyframes.len(), explained(segment))).collect()
     }
 

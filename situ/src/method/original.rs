@@ -73,11 +73,10 @@ impl KeyframeAutomaton {
     /// As [`super::Method::learn_original`].
     pub fn learn(schema: &Schema, demonstrations: &[Demonstration], seed: u64) -> Result<Self, SituError> {
         demonstrations.iter().try_for_each(|demonstration| demonstration.check_features(schema.len()))?;
-        let histories = demonstrations
-            .iter()
-            .map(|demonstration| History::new(demonstration, by_reference_object(demonstration), None))
-            .collect();
         let learner = KeyframeLearner::new(schema, KeyframeParameters::default());
+        let segments = learner.one_representative(demonstrations.iter().map(by_reference_object).collect());
+        let histories = demonstrations.iter().zip(segments);
+        let histories = histories.map(|(shown, segments)| History::new(shown, segments, None)).collect();
         let (model, _) = rebuild(histories, None, &learner, &Decisions::mended())?;
         Ok(Self { schema: schema.clone(), model: Arc::new(model), seed })
     }

@@ -206,7 +206,7 @@ impl Emission {
     pub(super) fn log_prior(&self, parameters: &HmmParameters) -> f64 {
         let mut trace = 0.0;
         for column in 0..6 {
-            let floor = if column < 3 { parameters.position_floor } else { parameters.rotation_floor };
+            let floor = parameters.floor(column);
             for row in column..6 {
                 trace += self.whitening[(row, column)] * self.whitening[(row, column)] * floor * floor;
             }

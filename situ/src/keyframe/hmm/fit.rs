@@ -146,7 +146,7 @@ fn blank(states: usize, workspace: &Workspace, parameters: &HmmParameters) -> Re
 /// S₀.
 fn prior(parameters: &HmmParameters) -> Matrix6<f64> {
     Matrix6::from_fn(|row, column| {
-        let floor = if row < 3 { parameters.position_floor } else { parameters.rotation_floor };
+        let floor = parameters.floor(row);
         if row == column { floor * floor } else { 0.0 }
     })
 }

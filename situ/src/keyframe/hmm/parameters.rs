@@ -7,8 +7,9 @@ use thiserror::Error;
 pub struct HmmParameters {
     /// The prior standard deviation of positions, metres: the root of the first block of S₀ (decision D12).
     pub position_floor: f64,
-    /// The prior standard deviation of rotations, radians: the root of the second block of S₀ (decision D12).
-    pub rotation_floor: f64,
+    /// The prior standard deviations of rotations about the axes of the gripper's frame, radians: the roots of the second
+    /// block of S₀ (decisions D12 and D21).
+    pub rotation_floor: [f64; 3],
     /// The weight ν₀ of the prior, in frames (decision D12).
     pub prior_weight: f64,
     /// The least probability of a transition, an end or a start that the topology allows (decision D12).
@@ -28,7 +29,7 @@ impl Default for HmmParameters {
     fn default() -> Self {
         Self {
             position_floor: 0.02,
-            rotation_floor: 9.0 * core::f64::consts::PI / 180.0,
+            rotation_floor: [9.0 * core::f64::consts::PI / 180.0; 3],
             prior_weight: 4.0,
             transition_floor: 1e-3,
             skip: true,
@@ -43,15 +44,21 @@ impl Default for HmmParameters {
 const GREATEST_TRANSITION_FLOOR: f64 = 0.25;
 
 impl HmmParameters {
+    /// The prior standard deviation of each coordinate of a tangent vector: metres, then radians.
+    pub(crate) fn floor(&self, coordinate: usize) -> f64 {
+        if coordinate < 3 { self.position_floor } else { self.rotation_floor[coordinate - 3] }
+    }
+
     /// Checks the ranges.
     ///
     /// # Errors
     /// [`HmmError::Parameter`] for the first parameter that is out of its range.
     pub fn check(&self) -> Result<(), HmmError> {
         let positive = |value: f64| value.is_finite() && value > 0.0;
+        let least = self.rotation_floor.into_iter().fold(f64::INFINITY, |least, floor| if floor > least { least } else { floor });
         let rules = [
             ("position_floor", self.position_floor, positive(self.position_floor), "must be above 0"),
-            ("rotation_floor", self.rotation_floor, positive(self.rotation_floor), "must be above 0"),
+            ("rotation_floor", least, positive(least), "must be above 0"),
             ("prior_weight", self.prior_weight, positive(self.prior_weight), "must be above 0"),
             (
                 "transition_floor",
