@@ -161,7 +161,7 @@ impl Default for KeyframeParameters {
             across_references: false,
             across_grips: false,
             divergence: Divergence::CrossLikelihood,
-            cut: Cut { factor: 1.5, prior: 5.0, prior_copies: 3, least: 2.0, greatest: 10.0, single: 8.0 },
+            cut: Cut { factor: 1.5, prior: 5.0, prior_copies: 3, least: 2.0, greatest: 20.0, single: 8.0 },
             symmetry: true,
             scatter: ScatterParameters::default(),
             lift: Lift::QuadraticDiagonal,
