@@ -74,13 +74,22 @@ impl Learned for Task {
         self.model.next(last, state)
     }
 
+    fn ranked(&self, last: Place, state: &State) -> Vec<(Place, f64)> {
+        self.model.ranked(last, state)
+    }
+
+    fn ways(&self, node: NodeId, state: &State) -> Vec<usize> {
+        self.model.ways(node, state)
+    }
+
     fn keyframes(
         &self,
         node: NodeId,
+        way: usize,
         execution: Execution,
         rng: &mut ChaCha8Rng,
     ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError> {
-        self.model.keyframes(node, execution, rng)
+        self.model.keyframes(node, way, execution, rng)
     }
 
     fn graph(&self) -> Graph {

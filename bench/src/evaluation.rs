@@ -14,6 +14,7 @@ use crate::conditions::Conditions;
 use crate::ended::Ended;
 use crate::error::BenchError;
 use crate::memo::{Beginning, Cursor};
+use crate::protocol::Protocol;
 use crate::record::Rate;
 use crate::rollout::{Execute, Rollout, Watched, rollout};
 use crate::spending::Steps;
@@ -132,7 +133,8 @@ impl<'a> Conditions<'a> {
         (starts, index): (Starts, u32),
         watched: Watched,
     ) -> Result<Option<(Rollout, Cursor<'a>)>, BenchError> {
-        let execute = Execute { execution: self.protocol.execution, confidence: self.protocol.confidence, watched };
+        let Protocol { execution, confidence, executor, .. } = self.protocol;
+        let execute = Execute { execution: *execution, confidence: *confidence, executor: *executor, watched };
         let seed = |purpose: &str| {
             let (purpose, numbers) = starts.stream(purpose, index);
             self.stream(setting, &purpose, &numbers)
@@ -172,8 +174,8 @@ mod tests {
     #[test]
     fn what_physics_spoilt_is_nobody_s_failure() {
         let rolled_out = |ended, success| {
-            let (last, choices) = (Place::Start, Vec::new());
-            Some(Rollout { ended, last, interrupted: None, success, once: success, primitives: 0, choices })
+            let (last, trail, choices) = (Place::Start, Vec::new(), Vec::new());
+            Some(Rollout { ended, last, interrupted: None, success, once: success, primitives: 0, trail, choices })
         };
         let mut evaluation = Evaluation::none(0);
         let rollouts =

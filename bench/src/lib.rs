@@ -21,6 +21,7 @@ pub mod demonstration_file;
 pub mod ended;
 pub mod error;
 pub mod evaluation;
+pub mod executor;
 #[doc = include_str!("../docs/extending.md")]
 #[doc = "```"]
 #[doc = include_str!("../examples/method.rs")]

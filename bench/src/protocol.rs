@@ -6,6 +6,7 @@ use serde::Deserialize;
 use situ::keyframe::policy::Execution;
 
 use crate::error::BenchError;
+use crate::executor::Executor;
 use crate::synthetic::{Applicable, Parameters};
 
 /// How many demonstrations may be given.
@@ -111,6 +112,9 @@ pub struct Protocol {
     pub confidence: f64,
     /// How policies are executed (decision D15).
     pub execution: Execution,
+    /// What an executor does where a primitive fails; the paper's where it is left out.
+    #[serde(default)]
+    pub executor: Executor,
     /// Budgets of demonstrations.
     pub budget: Budget,
     /// The update-cost part, where there is one.

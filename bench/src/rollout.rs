@@ -14,6 +14,7 @@ use situ_teachers::convert::{gripper_command, observe};
 use crate::calibration::{Choice, Due};
 use crate::ended::Ended;
 use crate::error::BenchError;
+use crate::executor::{Executor, Follows, Walk};
 use crate::memo::{Action, Cursor, Performed};
 
 /// A rollout is stopped after so many primitives: more than twice as many as the longest task needs.
@@ -26,6 +27,8 @@ pub struct Execute {
     pub execution: Execution,
     /// Least probability of a child (decision D11).
     pub confidence: f64,
+    /// What is done where a primitive fails.
+    pub executor: Executor,
     /// Who watches. Nobody watches an evaluation.
     pub watched: Watched,
 }
@@ -103,23 +106,23 @@ pub fn rollout(
     execute: Execute,
     rng: &mut ChaCha8Rng,
 ) -> Result<Rollout, BenchError> {
-    let mut last = Place::Start;
+    let mut walk = Walk::new(execute.executor, execute.confidence);
     let mut interrupted = None;
     let (mut primitives, mut choices, mut trail) = (0, Vec::new(), Vec::new());
     let mut watch = Watch { watched: execute.watched, missed: 0 };
     let mut once = false;
     let ended = loop {
         let state = observe(cursor.episode());
-        let Some((child, probability)) = model.next(last, &state) else { break Ended::NoConfidentChild };
-        choices.push(Choice { last, child, probability, due: due(cursor.episode()) });
+        let Some(Follows { place, probability, way }) = walk.next(model, &state) else { break Ended::NoConfidentChild };
+        choices.push(Choice { last: walk.last(), child: place, probability, due: due(cursor.episode()) });
         if probability < execute.confidence {
             break Ended::NoConfidentChild;
         }
-        let Place::Node(node) = child else { break Ended::End };
+        let Place::Node(node) = place else { break Ended::End };
         if primitives == MOST_PRIMITIVES {
             break Ended::TimeOut;
         }
-        let (reference, keyframes) = model.keyframes(node, &state, execute.execution, rng)?;
+        let (reference, keyframes) = model.keyframes(node, way, execute.execution, rng)?;
         trail.push(TrailStep { state, node, end: StepEnd::Prevented });
         let Some(frame) = cursor.episode().reference_pose(&reference) else { break Ended::ReferenceAbsent };
         if let Some(reason) = watch.stops(cursor.episode(), Moment::Before, &reference) {
@@ -129,18 +132,21 @@ pub fn rollout(
             break Ended::Stopped(TOO_EARLY.to_owned());
         }
         primitives += 1;
+        walk.begins(node, way);
         let action = Action { reference: reference.clone(), keyframes, patience: watch.patience() };
         let performed = cursor.perform(action, |episode, action| perform(episode, watch, action, &frame));
         watch.missed += performed.missed;
         once |= cursor.episode().succeeded();
         let end = if performed.ended.is_some() { StepEnd::Interrupted } else { StepEnd::Finished };
         trail.last_mut().expect("it was chosen").end = end;
-        if let Some(reason) = performed.ended {
-            interrupted = Some(node);
-            break reason;
+        interrupted = performed.ended.is_some().then_some(node);
+        match performed.ended {
+            Some(Ended::Aborted | Ended::OutOfReach | Ended::NoPlan) if walk.goes_on() => continue,
+            Some(reason) => break reason,
+            None => {}
         }
         // A teacher who stops the robot after a primitive stops it after that primitive has run to its end.
-        last = child;
+        walk.finished(node);
         if let Some(reason) = watch.stops(cursor.episode(), Moment::After, &reference) {
             break reason;
         }
@@ -148,7 +154,7 @@ pub fn rollout(
     let episode = cursor.episode();
     let ended = if episode.is_sound() { ended } else { Ended::Spoilt };
     let success = episode.succeeded();
-    Ok(Rollout { ended, last, interrupted, success, once: once || success, primitives, trail, choices })
+    Ok(Rollout { ended, last: walk.last(), interrupted, success, once: once || success, primitives, trail, choices })
 }
 
 /// What the task's program would do next.

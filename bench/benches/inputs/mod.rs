@@ -13,7 +13,7 @@ use situ::demonstration::Pose;
 use situ::keyframe::divergence::cross_likelihood;
 use situ::keyframe::hmm::{Hmm, HmmFit, HmmParameters, Observation};
 use situ::keyframe::interpolate::resample;
-use situ::keyframe::learner::{Calibration, KeyframeLearner};
+use situ::keyframe::learner::KeyframeLearner;
 use situ::keyframe::logistic::{self, LogisticFit, LogisticParameters, Path};
 use situ::keyframe::parameters::KeyframeParameters;
 use situ::keyframe::pose::{Tangent, exp};
@@ -223,13 +223,15 @@ impl Screening {
     pub(crate) fn checked() -> Self {
         let automaton = Automaton::new(Parameters::of(CLASSIFIERS, SEED)).expect("the parameters are in range");
         let learner = KeyframeLearner::new(automaton.schema(), KeyframeParameters::default());
-        let mut model = TaskModel::new(Calibration { cut: 1.0 });
         let mut counters = Counters::default();
+        let calibration = learner.calibrate(&[], &mut counters).expect("nothing to refuse");
+        let mut model = TaskModel::new(calibration);
         // The originals that leave no optional node out visit the nodes in order.
         let whole = automaton.originals().iter().step_by(2);
         let starts: Vec<_> =
             whole.map(|original| model.begin(History::new(original, by_reference_object(original), None))).collect();
-        let policy = learner.fit_policy(&[&**model.segment(starts[0][0])], &mut counters).expect("a segment");
+        let segment = &**model.segment(starts[0][0]);
+        let policy = learner.fit_policy(&[segment], &calibration, &mut counters).expect("a segment");
         for node in 0..CLASSIFIERS {
             let segments: BTreeSet<_> = starts.iter().map(|ids| ids[node]).collect();
             let others = (1..=NEGATIVES.0).map(|step| starts[0][(node + step * NEGATIVES.1) % CLASSIFIERS]);
@@ -238,7 +240,8 @@ impl Screening {
                 negatives: others.map(SampleId::Start).collect(),
             };
             let classifier = model.fit_samples(&learner, &samples, &mut counters).expect("there are positives");
-            let id = model.add_node(segments.clone(), policy.clone(), samples, classifier);
+            let way = model.way(segments.clone(), policy.clone());
+            let id = model.add_node(segments.clone(), vec![way], samples, classifier);
             segments.into_iter().for_each(|segment| model.place(segment, id));
         }
         let node = CLASSIFIERS / 2;

@@ -97,7 +97,7 @@ fn answer(question: Question, seconds: f64) -> Outcome<(Values, Vec<f64>)> {
             let sequences: Vec<&[Observation]> = sequences.iter().map(Vec::as_slice).collect();
             let parameters = HmmParameters {
                 position_floor,
-                rotation_floor,
+                rotation_floor: [rotation_floor; 3],
                 prior_weight,
                 transition_floor: 0.0,
                 skip: true,

@@ -371,15 +371,26 @@ impl Learned for KeyframeTask {
         self.model.most_probable_child(last, state)
     }
 
+    fn ranked(&self, last: Place, state: &State) -> Vec<(Place, f64)> {
+        self.model.ranked_children(last, state)
+    }
+
+    fn ways(&self, node: NodeId, state: &State) -> Vec<usize> {
+        let Ok(right) = self.model.way_in(node, state, self.learner.scales()) else { return Vec::new() };
+        let ways = self.model.node(node).map_or(0, |node| node.ways.len());
+        let others = (0..ways).rev().filter(|way| *way != right);
+        std::iter::once(right).chain(others).collect()
+    }
+
     fn keyframes(
         &self,
         node: NodeId,
-        state: &State,
+        way: usize,
         execution: Execution,
         rng: &mut ChaCha8Rng,
     ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError> {
-        let way = self.model.way_in(node, state, self.learner.scales())?;
-        let policy = &self.model.node(node)?.ways[way].policy;
+        let node = self.model.node(node)?;
+        let policy = &node.ways.get(way).unwrap_or_else(|| node.newest()).policy;
         Ok((policy.reference().clone(), policy.keyframes(execution, rng)))
     }
 

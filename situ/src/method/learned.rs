@@ -26,14 +26,26 @@ pub trait Learned: Send + Sync {
     /// The place that most probably follows `last` in `state`, and its probability; `None` where no place follows.
     fn next(&self, last: Place, state: &State) -> Option<(Place, f64)>;
 
-    /// The reference object of a primitive, and the keyframes of one execution in `state`, relative to it.
+    /// The places that may follow `last` in `state`, each with its probability, the most probable first: what an executor
+    /// tries in turn where one of them fails. The first is [`Learned::next`]; by default it is the only one.
+    fn ranked(&self, last: Place, state: &State) -> Vec<(Place, f64)> {
+        self.next(last, state).into_iter().collect()
+    }
+
+    /// The ways of doing what a primitive does, by number: the one that is right in `state` first, then the others, the
+    /// newest first. By default there is one, number 0.
+    fn ways(&self, _node: NodeId, _state: &State) -> Vec<usize> {
+        vec![0]
+    }
+
+    /// The reference object of a primitive, and the keyframes of one execution of this way of it, relative to it.
     ///
     /// # Errors
     /// [`SituError::UnknownNode`].
     fn keyframes(
         &self,
         node: NodeId,
-        state: &State,
+        way: usize,
         execution: Execution,
         rng: &mut ChaCha8Rng,
     ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError>;

@@ -125,7 +125,7 @@ impl Learned for Memory {
     fn keyframes(
         &self,
         node: NodeId,
-        _: &State,
+        _: usize,
         _: Execution,
         _: &mut ChaCha8Rng,
     ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError> {

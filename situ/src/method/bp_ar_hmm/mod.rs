@@ -172,7 +172,7 @@ impl Learned for Task {
     fn keyframes(
         &self,
         node: NodeId,
-        _: &State,
+        _: usize,
         execution: Execution,
         rng: &mut ChaCha8Rng,
     ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError> {

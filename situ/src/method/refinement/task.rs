@@ -101,10 +101,14 @@ impl<R: Refine> Learned for RefinedTask<R> {
         self.model.most_probable_child(last, state)
     }
 
+    fn ranked(&self, last: Place, state: &State) -> Vec<(Place, f64)> {
+        self.model.ranked_children(last, state)
+    }
+
     fn keyframes(
         &self,
         node: NodeId,
-        _: &State,
+        _: usize,
         execution: Execution,
         rng: &mut ChaCha8Rng,
     ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError> {
