@@ -13,7 +13,7 @@
 //!
 //! Displaced means: for what the robot was doing, beyond the teacher's own scatter; for anything else, far (D21).
 
-use crate::decisions::{Limit, Modify};
+use crate::decisions::Modify;
 use crate::error::SituError;
 use crate::matching::{Match, Shows};
 use crate::place::{NodeId, Place, SegmentId};
@@ -50,11 +50,11 @@ impl<L: Learner> Update<'_, L> {
         };
         self.with_own_policy(d, |update, own| {
             if let Some(node) = instance_of {
-                let limit = if update.was_doing(a, d).contains(&node) { rule.near } else { rule.far };
-                return update.shown_of(node, own, limit).map(Some);
+                let beside = !update.was_doing(a, d).contains(&node);
+                return update.shown_of(node, own, &rule, beside).map(Some);
             }
             for y in update.was_doing(a, d) {
-                if let Some(way) = update.instance_of(y, own, rule.near)? {
+                if let Some(way) = update.instance_of(y, own, &rule)? {
                     return Ok(Some(Match { node: y, shows: Shows::Way(way) }));
                 }
             }
@@ -105,9 +105,15 @@ impl<L: Learner> Update<'_, L> {
     }
 
     /// What a segment shows of the primitive that it matched.
-    pub(crate) fn shown_of(&mut self, node: NodeId, own: &L::Policy, limit: Limit) -> Result<Match, SituError> {
+    pub(crate) fn shown_of(
+        &mut self,
+        node: NodeId,
+        own: &L::Policy,
+        rule: &Modify,
+        beside: bool,
+    ) -> Result<Match, SituError> {
         let way = if self.model.node(node)?.ways.len() == 1 { Some(0) } else { self.nearest_way(node, own)? };
-        let shows = match way.filter(|way| !self.is_displaced(node, *way, own, limit)) {
+        let shows = match way.filter(|way| !self.is_displaced((node, *way), own, rule, beside)) {
             Some(way) => Shows::Way(way),
             None => Shows::AnotherWay,
         };
@@ -115,14 +121,16 @@ impl<L: Learner> Update<'_, L> {
     }
 
     /// The way of a primitive that a policy is an instance of, because it is not displaced from it.
-    fn instance_of(&mut self, node: NodeId, own: &L::Policy, limit: Limit) -> Result<Option<usize>, SituError> {
+    fn instance_of(&mut self, node: NodeId, own: &L::Policy, rule: &Modify) -> Result<Option<usize>, SituError> {
         let way = self.nearest_way(node, own)?;
-        Ok(way.filter(|way| !self.is_displaced(node, *way, own, limit)))
+        Ok(way.filter(|way| !self.is_displaced((node, *way), own, rule, false)))
     }
 
-    fn is_displaced(&self, node: NodeId, way: usize, own: &L::Policy, limit: Limit) -> bool {
-        let known = self.model.node(node).map(|node| &node.ways[way].policy);
-        known.is_ok_and(|known| limit.is_reached(self.learner.displacement(known, own, self.model.calibration())))
+    /// Whether a policy is displaced from a way; `beside` what the robot was doing it must be far.
+    fn is_displaced(&self, (node, way): (NodeId, usize), own: &L::Policy, rule: &Modify, beside: bool) -> bool {
+        let Ok(known) = self.model.node(node).map(|node| &node.ways[way].policy) else { return false };
+        let limit = if beside { rule.far } else { rule.near };
+        limit.is_reached(self.learner.displacement(known, own, self.model.calibration(), beside))
     }
 
     /// D19: what the segment after this one, or END, tells of it.
@@ -210,8 +218,7 @@ impl<L: Learner> Update<'_, L> {
             let distances = model.node(y)?.policies();
             let distances = distances.into_iter().map(|policy| learner.distance(policy, own, None, counters));
             if distances.fold(f64::INFINITY, f64::min) <= rule.max_distance {
-                let limit = if was_doing.contains(&y) { rule.near } else { rule.far };
-                return self.shown_of(y, own, limit).map(Some);
+                return self.shown_of(y, own, rule, !was_doing.contains(&y)).map(Some);
             }
         }
         Ok(None)

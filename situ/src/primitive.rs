@@ -150,7 +150,15 @@ pub trait Learner {
 
     /// How far the mean execution of one policy is from another's, whatever the noise of either (decisions D18, D21).
     /// The default compares the paths, and knows no scatter: a metre is a metre.
-    fn displacement(&self, left: &Self::Policy, right: &Self::Policy, _: &Self::Calibration) -> Displacement {
+    /// A demonstration that need not be about the difference, but is `beside` it, may have a needless keyframe and lack
+    /// another.
+    fn displacement(
+        &self,
+        left: &Self::Policy,
+        right: &Self::Policy,
+        _: &Self::Calibration,
+        _beside: bool,
+    ) -> Displacement {
         let metres = frechet(&self.path(left), &self.path(right));
         Displacement { metres, scatters: metres }
     }

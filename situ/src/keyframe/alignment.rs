@@ -16,24 +16,35 @@ pub struct Laid {
 
 /// How far the keyframes of one list are from the same keyframes of the other, in position, in the units that `unit`
 /// gives for two keyframes that are both a contact, and for two others. There are many ways to lay one list into the
-/// other; this takes the one in which the farthest pair is nearest. 0 if a list is empty.
-pub fn displacement(left: &[Laid], right: &[Laid], unit: impl Fn(bool) -> f64) -> f64 {
+/// other; this takes the one in which the farthest pair is nearest. So many keyframes of the shorter list may be left
+/// out, too, if they are no contact: where one demonstration has a needless keyframe and lacks another, the lists are as
+/// long as each other. At least one pair is laid. 0 if a list is empty.
+pub fn displacement(left: &[Laid], right: &[Laid], left_out: usize, unit: impl Fn(bool) -> f64) -> f64 {
     let (short, long) = if left.len() <= right.len() { (left, right) } else { (right, left) };
-    // `farthest[j]`: the farthest pair if the keyframes so far are laid into the first j of the longer list in the best
-    // way.
-    let mut farthest = vec![0.0; long.len() + 1];
-    for (index, here) in short.iter().enumerate() {
-        let mut diagonal = farthest[index];
-        farthest[index] = f64::INFINITY;
-        for j in index + 1..=long.len() {
-            let there = &long[j - 1];
-            let apart = distance(here, there) / unit(here.is_contact && there.is_contact);
-            let laid = f64::max(diagonal, apart);
-            diagonal = farthest[j];
-            farthest[j] = laid.min(farthest[j - 1]);
+    let left_out = left_out.min(short.len().saturating_sub(1));
+    // `farthest[k][j]`: the farthest pair if the keyframes so far, but for k of them, are laid into the first j of the
+    // longer list in the best way.
+    let mut farthest = vec![vec![0.0; long.len() + 1]; left_out + 1];
+    farthest[1..].iter_mut().for_each(|row| row.fill(f64::INFINITY));
+    for here in short {
+        for k in (0..=left_out).rev() {
+            let without: Vec<f64> = match k.checked_sub(1).filter(|_| !here.is_contact) {
+                Some(fewer) => farthest[fewer].clone(),
+                None => vec![f64::INFINITY; long.len() + 1],
+            };
+            let row = &mut farthest[k];
+            let mut diagonal = row[0];
+            row[0] = without[0];
+            for j in 1..=long.len() {
+                let there = &long[j - 1];
+                let apart = distance(here, there) / unit(here.is_contact && there.is_contact);
+                let laid = f64::max(diagonal, apart);
+                diagonal = row[j];
+                row[j] = laid.min(row[j - 1]).min(without[j]);
+            }
         }
     }
-    farthest[long.len()]
+    farthest.iter().map(|row| row[long.len()]).fold(f64::INFINITY, f64::min)
 }
 
 fn distance(left: &Laid, right: &Laid) -> f64 {

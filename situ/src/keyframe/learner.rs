@@ -355,11 +355,17 @@ impl Learner for KeyframeLearner {
     /// [`displacement`]. A distance of paths would be wrong here: a needless or a forgotten keyframe moves the path by
     /// as much as a small variation does. In units of the teacher's scatter a keyframe at which the hand closes or opens
     /// counts more than one on the way (decision D21).
-    fn displacement(&self, left: &KeyframePolicy, right: &KeyframePolicy, calibration: &Calibration) -> Displacement {
-        let (one, other) = (left.laid(), right.laid());
+    fn displacement(
+        &self,
+        left: &KeyframePolicy,
+        right: &KeyframePolicy,
+        calibration: &Calibration,
+        beside: bool,
+    ) -> Displacement {
+        let (one, other, left_out) = (left.laid(), right.laid(), usize::from(beside));
         Displacement {
-            metres: displacement(&one, &other, |_| 1.0),
-            scatters: displacement(&one, &other, |is_contact| calibration.scatter.position(is_contact)),
+            metres: displacement(&one, &other, left_out, |_| 1.0),
+            scatters: displacement(&one, &other, left_out, |is_contact| calibration.scatter.position(is_contact)),
         }
     }
 

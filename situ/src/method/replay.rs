@@ -106,6 +106,6 @@ impl<L: Learner> Placement<L> for ByCluster<'_> {
             return update.mend_match(a, segment, instance_of, self);
         };
         let Some(node) = instance_of else { return Ok(None) };
-        update.with_own_policy(segment, |update, own| update.shown_of(node, own, rule.far).map(Some))
+        update.with_own_policy(segment, |update, own| update.shown_of(node, own, &rule, true).map(Some))
     }
 }
