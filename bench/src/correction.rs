@@ -25,7 +25,7 @@ use crate::retrieval::retrieved;
 use crate::rollout::{Rollout, Watched};
 use crate::spending::{RunPhase, Steps};
 use crate::starts::Starts;
-use crate::stop::{self, Stop, StopPoint};
+use crate::stop::{self, StopPoint, Stopped};
 use crate::teaching::ATTEMPTS;
 
 /// A robot under correction: its task model, and all demonstrations that it was shown.
@@ -41,7 +41,7 @@ pub struct Robot<'a> {
 struct Failure<'a> {
     cursor: Cursor<'a>,
     trigger: String,
-    stop: Stop,
+    stop: Stopped,
 }
 
 /// A failure, the teacher's demonstration from there, and the effort of it and of all tries before it that failed.
@@ -275,12 +275,12 @@ impl<'a> Conditions<'a> {
         }
         let trigger = if rollout.ended == Ended::End { "wrong outcome".to_owned() } else { rollout.ended.to_string() };
         let Rollout { last, interrupted, trail, .. } = rollout;
-        Ok(Some(Failure { cursor, trigger, stop: Stop { last, interrupted, trail } }))
+        Ok(Some(Failure { cursor, trigger, stop: Stopped { last, interrupted, trail } }))
     }
 }
 
 /// How many of the added edges lead back to what the robot had already done before it stopped.
-fn edges_back(made: &Difference, before: &Graph, after: &Graph, stop: &Stop) -> u32 {
+fn edges_back(made: &Difference, before: &Graph, after: &Graph, stop: &Stopped) -> u32 {
     let (held_before, holders) = (before.holders(), after.holders());
     let is_done = |id: NodeId| stop.trail.iter().any(|step| step.node == id);
     let done: BTreeSet<Place> = held_before

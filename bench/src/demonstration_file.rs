@@ -39,7 +39,7 @@
 //!   or left out, where none was.
 //! - `trail`: what the robot had chosen in the rollout that failed, in order: `state`, the world in which it chose;
 //!   `primitive`, named as in `after`; and `end`: `"finished"`, `"interrupted"`, or `"prevented"` where it was stopped
-//!   before it began. It may be left out; a method that heeds it then takes the state in which the demonstration begins.
+//! before it began. It may be left out; a method that heeds it then takes the state in which the demonstration begins.
 //! - `carried_to_end`: whether the teacher went on to the end of the task. Only then is `final_state` an example of
 //!   END.
 //! - `keyframes`: at least one, in order. Each has these keys:
@@ -225,11 +225,8 @@ impl Before {
             demonstration: shown[demonstration as usize].to_owned(),
             segment: index,
         };
-        let step = |step: &PastStep| BeforeStep {
-            state: step.state.clone(),
-            primitive: instance(step.of),
-            end: step.end,
-        };
+        let step =
+            |step: &PastStep| BeforeStep { state: step.state.clone(), primitive: instance(step.of), end: step.end };
         Self {
             after: stop.last.map(instance),
             interrupted: stop.interrupted.map(instance),
@@ -319,8 +316,8 @@ fn refuse(path: &Path, text: &str, key: &str, problem: impl Into<String>) -> Ben
 }
 
 /// Checks files that are learned together, in the order in which they are learned: they have one schema, no name twice,
-/// and each primitive before a demonstration is a segment of an earlier demonstration. Returns where the robot had stopped
-/// before each.
+/// and each primitive before a demonstration is a segment of an earlier demonstration. Returns where the robot had
+/// stopped before each.
 ///
 /// # Errors
 /// [`BenchError::Demonstration`].

@@ -43,13 +43,13 @@ struct Step {
 }
 
 /// Where an execution stands in the automaton.
-pub struct Walk {
+pub struct Pursuit {
     executor: Executor,
     confidence: f64,
     steps: Vec<Step>,
 }
 
-impl Walk {
+impl Pursuit {
     /// An execution that has done nothing yet. A child below this probability is not confident.
     pub fn new(executor: Executor, confidence: f64) -> Self {
         Self { executor, confidence, steps: vec![Step { place: Place::Start, tried: Vec::new() }] }
@@ -169,16 +169,16 @@ mod tests {
     /// What is begun, in order, where each primitive ends as told; `END`, or what is not confident, comes last.
     fn walked(executor: Executor, ends: &[bool], state: f64) -> Vec<(Place, usize)> {
         let state = State::new([state]);
-        let mut walk = Walk::new(executor, 0.3);
+        let mut pursuit = Pursuit::new(executor, 0.3);
         let mut begun = Vec::new();
         let mut ends = ends.iter();
-        while let Some(follows) = walk.next(&Known, &state).filter(|follows| follows.probability >= 0.3) {
+        while let Some(follows) = pursuit.next(&Known, &state).filter(|follows| follows.probability >= 0.3) {
             begun.push((follows.place, follows.way));
             let Place::Node(node) = follows.place else { break };
-            walk.begins(node, follows.way);
+            pursuit.begins(node, follows.way);
             match ends.next() {
-                Some(true) => walk.finished(node),
-                _ if walk.goes_on() => {}
+                Some(true) => pursuit.finished(node),
+                _ if pursuit.goes_on() => {}
                 _ => break,
             }
         }

@@ -12,7 +12,7 @@ use situ::structure::{Structure, Truth};
 
 use crate::demonstration_file::Before;
 use crate::error::BenchError;
-use crate::stop::{Nameless, Stop, StopPoint};
+use crate::stop::{Nameless, StopPoint, Stopped};
 
 /// A correction that was given.
 struct Given {
@@ -36,7 +36,7 @@ impl Lesson {
     }
 
     /// One more correction. `model` is the robot's model before it.
-    pub fn corrected(&mut self, model: &Graph, stop: &Stop, demonstration: Demonstration) {
+    pub fn corrected(&mut self, model: &Graph, stop: &Stopped, demonstration: Demonstration) {
         self.truth.correction(&demonstration, stop.last, model);
         self.corrections.push(Given { demonstration, stop: StopPoint::of(model, stop) });
     }

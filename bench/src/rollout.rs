@@ -14,7 +14,7 @@ use situ_teachers::convert::{gripper_command, observe};
 use crate::calibration::{Choice, Due};
 use crate::ended::Ended;
 use crate::error::BenchError;
-use crate::executor::{Executor, Follows, Walk};
+use crate::executor::{Executor, Follows, Pursuit};
 use crate::memo::{Action, Cursor, Performed};
 
 /// A rollout is stopped after so many primitives: more than twice as many as the longest task needs.
@@ -106,15 +106,17 @@ pub fn rollout(
     execute: Execute,
     rng: &mut ChaCha8Rng,
 ) -> Result<Rollout, BenchError> {
-    let mut walk = Walk::new(execute.executor, execute.confidence);
+    let mut pursuit = Pursuit::new(execute.executor, execute.confidence);
     let mut interrupted = None;
     let (mut primitives, mut choices, mut trail) = (0, Vec::new(), Vec::new());
     let mut watch = Watch { watched: execute.watched, missed: 0 };
     let mut once = false;
     let ended = loop {
         let state = observe(cursor.episode());
-        let Some(Follows { place, probability, way }) = walk.next(model, &state) else { break Ended::NoConfidentChild };
-        choices.push(Choice { last: walk.last(), child: place, probability, due: due(cursor.episode()) });
+        let Some(Follows { place, probability, way }) = pursuit.next(model, &state) else {
+            break Ended::NoConfidentChild;
+        };
+        choices.push(Choice { last: pursuit.last(), child: place, probability, due: due(cursor.episode()) });
         if probability < execute.confidence {
             break Ended::NoConfidentChild;
         }
@@ -132,7 +134,7 @@ pub fn rollout(
             break Ended::Stopped(TOO_EARLY.to_owned());
         }
         primitives += 1;
-        walk.begins(node, way);
+        pursuit.begins(node, way);
         let action = Action { reference: reference.clone(), keyframes, patience: watch.patience() };
         let performed = cursor.perform(action, |episode, action| perform(episode, watch, action, &frame));
         watch.missed += performed.missed;
@@ -141,12 +143,12 @@ pub fn rollout(
         trail.last_mut().expect("it was chosen").end = end;
         interrupted = performed.ended.is_some().then_some(node);
         match performed.ended {
-            Some(Ended::Aborted | Ended::OutOfReach | Ended::NoPlan) if walk.goes_on() => continue,
+            Some(Ended::Aborted | Ended::OutOfReach | Ended::NoPlan) if pursuit.goes_on() => continue,
             Some(reason) => break reason,
             None => {}
         }
         // A teacher who stops the robot after a primitive stops it after that primitive has run to its end.
-        walk.finished(node);
+        pursuit.finished(node);
         if let Some(reason) = watch.stops(cursor.episode(), Moment::After, &reference) {
             break reason;
         }
@@ -154,7 +156,7 @@ pub fn rollout(
     let episode = cursor.episode();
     let ended = if episode.is_sound() { ended } else { Ended::Spoilt };
     let success = episode.succeeded();
-    Ok(Rollout { ended, last: walk.last(), interrupted, success, once: once || success, primitives, trail, choices })
+    Ok(Rollout { ended, last: pursuit.last(), interrupted, success, once: once || success, primitives, trail, choices })
 }
 
 /// What the task's program would do next.

@@ -11,7 +11,7 @@ use situ::trail::{PastStep, TrailStep};
 
 /// Where a robot stopped, and how it came there, in the places of its model.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Stop {
+pub struct Stopped {
     /// The primitive that ran last to its end; START where none did.
     pub last: Place,
     /// The primitive that was under way, if one was.
@@ -20,14 +20,10 @@ pub struct Stop {
     pub trail: Vec<TrailStep>,
 }
 
-impl Stop {
+impl Stopped {
     /// A correction from here, without an oracle.
     pub fn correction<'a>(&'a self, demonstration: &'a Demonstration) -> Correction<'a> {
-        Correction {
-            interrupted: self.interrupted,
-            trail: &self.trail,
-            ..Correction::after(self.last, demonstration)
-        }
+        Correction { interrupted: self.interrupted, trail: &self.trail, ..Correction::after(self.last, demonstration) }
     }
 }
 
@@ -60,7 +56,7 @@ impl StopPoint {
     ///
     /// # Errors
     /// A node that holds no segment.
-    pub fn of(model: &Graph, stop: &Stop) -> Result<Self, Nameless> {
+    pub fn of(model: &Graph, stop: &Stopped) -> Result<Self, Nameless> {
         let held = |id: NodeId| {
             let node = model.nodes.iter().find(|node| node.id == id);
             node.and_then(|node| node.segments.first().copied()).ok_or(Nameless(id))
@@ -75,7 +71,7 @@ impl StopPoint {
     ///
     /// # Errors
     /// A segment that no node of the model holds.
-    pub fn in_model(&self, model: &Graph) -> Result<Stop, Unheld> {
+    pub fn in_model(&self, model: &Graph) -> Result<Stopped, Unheld> {
         let holders = model.holders();
         let node = |key: &str, segment: SegmentId| match holders.get(&segment) {
             Some(node) => Ok(node.id),
@@ -88,7 +84,7 @@ impl StopPoint {
             Ok(TrailStep { state: step.state.clone(), node, end: step.end })
         };
         let trail = self.trail.iter().enumerate().map(step).collect::<Result<_, Unheld>>()?;
-        Ok(Stop { last: last.map_or(Place::Start, Place::Node), interrupted, trail })
+        Ok(Stopped { last: last.map_or(Place::Start, Place::Node), interrupted, trail })
     }
 }
 
@@ -120,9 +116,9 @@ mod tests {
         Graph { nodes: nodes.iter().map(node).collect(), edges: Vec::new(), lengths: Vec::new() }
     }
 
-    fn stop(last: Place, interrupted: Option<u32>, trail: &[u32]) -> Stop {
+    fn stop(last: Place, interrupted: Option<u32>, trail: &[u32]) -> Stopped {
         let step = |id: &u32| TrailStep { state: State::new([0.5]), node: NodeId(*id), end: StepEnd::Finished };
-        Stop { last, interrupted: interrupted.map(NodeId), trail: trail.iter().map(step).collect() }
+        Stopped { last, interrupted: interrupted.map(NodeId), trail: trail.iter().map(step).collect() }
     }
 
     #[test]
@@ -142,7 +138,7 @@ mod tests {
     #[test]
     fn what_has_no_name_or_no_node_is_refused() {
         let before = model(&[(0, &[segment(0, 0)]), (1, &[])]);
-        let nameless = |of: &Stop| StopPoint::of(&before, of).unwrap_err();
+        let nameless = |of: &Stopped| StopPoint::of(&before, of).unwrap_err();
         assert_eq!(nameless(&stop(Place::Node(NodeId(1)), None, &[])), Nameless(NodeId(1)));
         assert_eq!(nameless(&stop(Place::Start, Some(2), &[])), Nameless(NodeId(2)));
         assert_eq!(nameless(&stop(Place::Start, None, &[0, 1])), Nameless(NodeId(1)));

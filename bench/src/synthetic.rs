@@ -342,7 +342,8 @@ mod tests {
     fn applicable_primitives_are_held_fixed_or_left_free() {
         let applicable = |nodes: usize, applicable: Applicable| {
             let automaton = Automaton::new(Parameters { applicable, ..Parameters::of(nodes, 5) }).unwrap();
-            let mut model = taught("situ", &automaton);
+            // As printed: `situ` asks about the primitives of one object alone.
+            let mut model = taught("situ:applicable", &automaton);
             let planted = automaton.plant(Edit::None, 5).unwrap();
             let last = planted.last(&model.graph()).unwrap();
             model.correct(Correction::after(last, &planted.demonstration)).unwrap().steps[0].applicable.len()

@@ -148,8 +148,8 @@ impl Decisions {
         }
     }
 
-    /// The same, but a new way replaces the old one: D19, D20, D22 and D23 are off. What the robot was doing and what it
-    /// did not count alike.
+    /// The same, but a new way replaces the old one: D19, D20, D22 and D23 are off. What the robot was doing and what
+    /// it did not count alike.
     pub const fn replacing() -> Self {
         let far = Limit { metres: 0.07, scatters: 0.0 };
         Self {

@@ -118,13 +118,7 @@ impl<L: Learner> Update<'_, L> {
     /// primitive `y` that it should not have run to its end. Where the first segment shows `z` in its place, the state
     /// of that choice is a positive of `z`, unless it is like the states in which `y` begins rightly; where it shows
     /// `y` itself, it is one of `y`.
-    pub fn mend_positives(
-        &self,
-        a: Place,
-        z: Option<NodeId>,
-        d: SegmentId,
-        positives: &mut BTreeSet<SampleId>,
-    ) {
+    pub fn mend_positives(&self, a: Place, z: Option<NodeId>, d: SegmentId, positives: &mut BTreeSet<SampleId>) {
         let stopped = self.stopped();
         if let Some(z) = z
             && stopped.map_or(a, Place::Node) == Place::Node(z)
@@ -156,17 +150,12 @@ impl<L: Learner> Update<'_, L> {
         Some(SampleId::Chosen { demonstration, index: last as u32 })
     }
 
-    /// A2.12, A2.20 and END, D3: `place` begins after `a` in the states of these samples. The other children of `a`, END
-    /// among them, learn that they do not begin there.
+    /// A2.12, A2.20 and END, D3: `place` begins after `a` in the states of these samples. The other children of `a`,
+    /// END among them, learn that they do not begin there.
     ///
     /// # Errors
     /// Where the learner refuses.
-    pub fn tell_siblings(
-        &mut self,
-        a: Place,
-        place: Place,
-        negatives: &BTreeSet<SampleId>,
-    ) -> Result<(), SituError> {
+    pub fn tell_siblings(&mut self, a: Place, place: Place, negatives: &BTreeSet<SampleId>) -> Result<(), SituError> {
         if !self.decisions.push_to_siblings {
             return Ok(());
         }

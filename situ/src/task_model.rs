@@ -237,8 +237,7 @@ impl<L: Learner> TaskModel<L> {
 
     /// The children of `place`, each with its probability in `state`, the most probable first; in order where two tie.
     pub fn ranked_children(&self, place: Place, state: &State) -> Vec<(Place, f64)> {
-        let mut ranked: Vec<_> =
-            self.children(place).map(|child| (child, self.probability(child, state))).collect();
+        let mut ranked: Vec<_> = self.children(place).map(|child| (child, self.probability(child, state))).collect();
         ranked.sort_by(|left, right| right.1.total_cmp(&left.1));
         ranked
     }

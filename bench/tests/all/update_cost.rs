@@ -52,6 +52,8 @@ fn the_work_of_an_update_does_not_grow_with_the_task_model() {
             ("em_iterations", work(&situ, edit, &|cost| cost.counters.em_iterations)),
             ("divergences", work(&situ, edit, &|cost| 1 + cost.counters.divergences)),
             ("classifier_fits", work(&situ, edit, &|cost| cost.counters.classifier_fits)),
+            // The index asks about the primitives of one object.
+            ("classifier_evaluations", work(&situ, edit, &|cost| cost.counters.classifier_evaluations)),
             ("nodes_touched", work(&situ, edit, &|cost| cost.counters.nodes_touched)),
             ("segments_touched", work(&situ, edit, &|cost| cost.counters.segments_touched)),
         ];
@@ -59,8 +61,11 @@ fn the_work_of_an_update_does_not_grow_with_the_task_model() {
             let slope = slope.unwrap();
             assert!(slope.value <= LOCAL, "{edit}: {name} grows with the task model, slope {slope:?}");
         }
-        let scan = work(&situ, edit, &|cost| cost.counters.classifier_evaluations).unwrap();
-        assert!(scan.value > 0.9, "{edit}: the scan of A1.6 is linear, found {scan:?}");
+    }
+    let printed = costs("situ:applicable");
+    for edit in Edit::ALL {
+        let scan = work(&printed, edit, &|cost| cost.counters.classifier_evaluations).unwrap();
+        assert!(scan.value > 0.9, "{edit}: the scan of A1.6 as printed is linear, found {scan:?}");
     }
     let rebuild = costs("rebuild");
     for edit in [Edit::NodeAddition, Edit::EdgeAddition] {

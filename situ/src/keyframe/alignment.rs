@@ -17,8 +17,8 @@ pub struct Laid {
 /// How far the keyframes of one list are from the same keyframes of the other, in position, in the units that `unit`
 /// gives for two keyframes that are both a contact, and for two others. There are many ways to lay one list into the
 /// other; this takes the one in which the farthest pair is nearest. So many keyframes of the shorter list may be left
-/// out, too, if they are no contact: where one demonstration has a needless keyframe and lacks another, the lists are as
-/// long as each other. At least one pair is laid. 0 if a list is empty.
+/// out, too, if they are no contact: where one demonstration has a needless keyframe and lacks another, the lists are
+/// as long as each other. At least one pair is laid. 0 if a list is empty.
 pub fn displacement(left: &[Laid], right: &[Laid], left_out: usize, unit: impl Fn(bool) -> f64) -> f64 {
     let (short, long) = if left.len() <= right.len() { (left, right) } else { (right, left) };
     let left_out = left_out.min(short.len().saturating_sub(1));

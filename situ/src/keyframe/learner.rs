@@ -290,7 +290,7 @@ impl Learner for KeyframeLearner {
     fn calibrate(&self, originals: &[&[Arc<Segment>]], counters: &mut Counters) -> Result<Calibration, SituError> {
         // A role is the k-th visit to a reference object.
         let mut distances = Vec::new();
-        let scatter = self.scatter_of(originals);
+        let scatter = self.parameters.scatter.of(originals);
         if originals.len() > 1 {
             let (segments, roles) = pooled(originals);
             for members in grouped(&roles).values() {
@@ -329,7 +329,7 @@ impl Learner for KeyframeLearner {
             let calibration = self.calibrate(originals, counters)?;
             return Ok((calibration, self.cluster(&segments, &calibration, counters)?));
         }
-        let scatter = self.scatter_of(originals);
+        let scatter = self.parameters.scatter.of(originals);
         let policies = self.singles(&segments, &scatter, counters)?;
         let (mut compared, mut of_roles) = (Vec::new(), Vec::new());
         for members in self.comparable(&segments) {
@@ -353,8 +353,8 @@ impl Learner for KeyframeLearner {
 
     /// The greatest distance between a keyframe of one policy and the same keyframe of the other, in position:
     /// [`displacement`]. A distance of paths would be wrong here: a needless or a forgotten keyframe moves the path by
-    /// as much as a small variation does. In units of the teacher's scatter a keyframe at which the hand closes or opens
-    /// counts more than one on the way (decision D21).
+    /// as much as a small variation does. In units of the teacher's scatter a keyframe at which the hand closes or
+    /// opens counts more than one on the way (decision D21).
     fn displacement(
         &self,
         left: &KeyframePolicy,

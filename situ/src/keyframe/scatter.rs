@@ -1,4 +1,5 @@
-//! How far apart the same keyframes of one teacher are (decision D21): the unit in which a displacement means something.
+//! How far apart the same keyframes of one teacher are (decision D21): the unit in which a displacement means
+//! something.
 
 use core::f64::consts::PI;
 use std::sync::Arc;
@@ -7,7 +8,6 @@ use serde::{Deserialize, Serialize};
 
 use super::alignment::{Laid, partners};
 use super::hmm::HmmParameters;
-use super::learner::KeyframeLearner;
 use super::pose::log;
 use super::roles::{grouped, pooled};
 use crate::demonstration::{Gripper, Pose};
@@ -103,10 +103,9 @@ pub(super) fn laid(keyframes: impl Iterator<Item = (Pose, Gripper)>) -> Vec<Laid
     keyframes.map(lay).collect()
 }
 
-impl KeyframeLearner {
+impl ScatterParameters {
     /// The scatter of the teacher of these originals.
-    pub(super) fn scatter_of(&self, originals: &[&[Arc<Segment>]]) -> Scatter {
-        let rule = &self.parameters.scatter;
+    pub(super) fn of(&self, originals: &[&[Arc<Segment>]]) -> Scatter {
         let (segments, roles) = pooled(originals);
         // Contacts, then the others: squared distances in position, and squared angles about each axis.
         let mut squares: [[Vec<f64>; 4]; 2] = Default::default();
@@ -130,11 +129,11 @@ impl KeyframeLearner {
             }
         }
         let mut is_clamped = false;
-        let (prior, least, greatest) = (rule.prior, rule.least, rule.greatest);
+        let (prior, least, greatest) = (self.prior, self.least, self.greatest);
         let mut deviation = |squares: Vec<f64>, of_one: f64, prior: f64, (least, greatest): (f64, f64)| {
             let seen = squares.len() as f64;
-            let sum = seen * variance(squares, of_one) + rule.prior_pairs * prior * prior;
-            let deviation = libm::sqrt(sum / (seen + rule.prior_pairs));
+            let sum = seen * variance(squares, of_one) + self.prior_pairs * prior * prior;
+            let deviation = libm::sqrt(sum / (seen + self.prior_pairs));
             let clamped = deviation.clamp(least, greatest);
             is_clamped |= clamped != deviation;
             clamped

@@ -26,8 +26,8 @@ pub trait Learned: Send + Sync {
     /// The place that most probably follows `last` in `state`, and its probability; `None` where no place follows.
     fn next(&self, last: Place, state: &State) -> Option<(Place, f64)>;
 
-    /// The places that may follow `last` in `state`, each with its probability, the most probable first: what an executor
-    /// tries in turn where one of them fails. The first is [`Learned::next`]; by default it is the only one.
+    /// The places that may follow `last` in `state`, each with its probability, the most probable first: what an
+    /// executor tries in turn where one of them fails. The first is [`Learned::next`]; by default it is the only one.
     fn ranked(&self, last: Place, state: &State) -> Vec<(Place, f64)> {
         self.next(last, state).into_iter().collect()
     }

@@ -15,8 +15,8 @@ pub struct Way<P> {
     pub segments: BTreeSet<SegmentId>,
     /// The policy `π`.
     pub policy: P,
-    /// The states in which this way is known to be the right one: where it was shown to begin, and where another way was
-    /// begun and this one was shown in its place.
+    /// The states in which this way is known to be the right one: where it was shown to begin, and where another way
+    /// was begun and this one was shown in its place.
     pub wanted: BTreeSet<SampleId>,
     /// Whether a correction added it.
     pub is_corrective: bool,

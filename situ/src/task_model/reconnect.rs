@@ -53,8 +53,9 @@ impl<L: Learner> TaskModel<L> {
         Ok(renamed)
     }
 
-    /// The ways of a merged node, the oldest first. Of each node the way that is nearest to what there is already becomes
-    /// one with it, and its policy is fitted anew; the others stand beside it. The ways of one node never merge.
+    /// The ways of a merged node, the oldest first. Of each node the way that is nearest to what there is already
+    /// becomes one with it, and its policy is fitted anew; the others stand beside it. The ways of one node never
+    /// merge.
     fn merged_ways(
         &self,
         learner: &L,

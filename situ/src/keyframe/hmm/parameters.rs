@@ -7,8 +7,8 @@ use thiserror::Error;
 pub struct HmmParameters {
     /// The prior standard deviation of positions, metres: the root of the first block of S₀ (decision D12).
     pub position_floor: f64,
-    /// The prior standard deviations of rotations about the axes of the gripper's frame, radians: the roots of the second
-    /// block of S₀ (decisions D12 and D21).
+    /// The prior standard deviations of rotations about the axes of the gripper's frame, radians: the roots of the
+    /// second block of S₀ (decisions D12 and D21).
     pub rotation_floor: [f64; 3],
     /// The weight ν₀ of the prior, in frames (decision D12).
     pub prior_weight: f64,
@@ -55,7 +55,10 @@ impl HmmParameters {
     /// [`HmmError::Parameter`] for the first parameter that is out of its range.
     pub fn check(&self) -> Result<(), HmmError> {
         let positive = |value: f64| value.is_finite() && value > 0.0;
-        let least = self.rotation_floor.into_iter().fold(f64::INFINITY, |least, floor| if floor > least { least } else { floor });
+        let least = self
+            .rotation_floor
+            .into_iter()
+            .fold(f64::INFINITY, |least, floor| if floor > least { least } else { floor });
         let rules = [
             ("position_floor", self.position_floor, positive(self.position_floor), "must be above 0"),
             ("rotation_floor", least, positive(least), "must be above 0"),
