@@ -39,7 +39,8 @@
 //!   or left out, where none was.
 //! - `trail`: what the robot had chosen in the rollout that failed, in order: `state`, the world in which it chose;
 //!   `primitive`, named as in `after`; and `end`: `"finished"`, `"interrupted"`, or `"prevented"` where it was stopped
-//! before it began. It may be left out; a method that heeds it then takes the state in which the demonstration begins.
+//!   before it began. It may be left out; a method that heeds it then takes the state in which the demonstration
+//!   begins.
 //! - `carried_to_end`: whether the teacher went on to the end of the task. Only then is `final_state` an example of
 //!   END.
 //! - `keyframes`: at least one, in order. Each has these keys:

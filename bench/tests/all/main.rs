@@ -8,6 +8,7 @@ mod learn;
 mod provenance;
 mod published;
 mod readme;
+mod recorded;
 mod run;
 mod show;
 mod small;
