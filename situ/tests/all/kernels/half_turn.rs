@@ -204,3 +204,33 @@ fn a_hand_without_the_symmetry_is_taken_as_shown() {
     assert_eq!(one[0], segments[0]);
     assert_ne!(one[1], segments[1]);
 }
+
+/// What is held turns with the hand, however it is held on the way: one by one, the pour in the middle of a hold, which
+/// this teacher turns by more than a right angle, would be taken for half a turn.
+#[test]
+fn a_hold_turns_as_a_whole_or_not_at_all() {
+    for (seed, axis) in [(1, Axis::X), (2, Axis::Y), (3, Axis::Z)] {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let script = Script::new(axis, force, &mut rng);
+        let learner = script.learner();
+        let [first, plain, turned] = [(0, false), (1, false), (1, true)].map(|(seed, is_turned)| {
+            let mut segments = by_reference_object(&script.show(Kind::Original, 3..6, &[is_turned; 3], seed));
+            let aside = UnitQuaternion::identity().slerp(&script.half_turn(), if seed == 0 { 0.0 } else { 0.6 });
+            segments[1].keyframes.iter_mut().for_each(|keyframe| keyframe.pose.rotation *= aside);
+            segments
+        });
+        let originals = |second: &Vec<_>| learner.one_representative(vec![first.clone(), second.clone()]);
+        let shown = script.show(Kind::Original, 3..6, &[false; 3], 0);
+        let history = History::new(&shown, first.clone(), None);
+        let model = rebuild(vec![history], None, &learner, &Decisions::default()).unwrap().0;
+        assert_eq!(originals(&plain)[1], plain);
+        assert_eq!(learner.as_the_model_has_it(plain.clone(), &model), plain);
+        for found in [originals(&turned).remove(1), learner.as_the_model_has_it(turned.clone(), &model)] {
+            let keyframes =
+                found.iter().zip(&plain).flat_map(|(found, plain)| found.keyframes.iter().zip(&plain.keyframes));
+            for (found, plain) in keyframes {
+                assert!(found.pose.rotation.angle_to(&plain.pose.rotation) < 1e-9);
+            }
+        }
+    }
+}
