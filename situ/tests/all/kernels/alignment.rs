@@ -71,7 +71,8 @@ proptest! {
     #[test]
     fn partners_have_the_least_sum(left in points(5), right in points(9)) {
         let found = partners(&laid(&left), &laid(&right));
-        let turned: Vec<_> = partners(&laid(&right), &laid(&left)).into_iter().map(|(one, other)| (other, one)).collect();
+        let turned = partners(&laid(&right), &laid(&left)).into_iter();
+        let turned: Vec<_> = turned.map(|(one, other)| (other, one)).collect();
         prop_assert_eq!(&found, &turned, "whichever comes first");
         prop_assert!(found.windows(2).all(|pair| pair[0].0 < pair[1].0 && pair[0].1 < pair[1].1), "{:?}", found);
         prop_assert_eq!(found.len(), left.len().min(right.len()));

@@ -155,20 +155,22 @@ impl Comparison {
             for (_, other, of_reference) in &nodes[..index] {
                 for (one, plain_one) in own.ways.iter().zip(&plain.ways) {
                     for (other, plain_other) in other.ways.iter().zip(&of_reference.ways) {
-                        let ((one, other), (plain_one, plain_other)) =
-                            ((&one.policy, &other.policy), (&plain_one.policy, &plain_other.policy));
-                        let counters = &mut Counters::default();
-                        let distance = self.learner.distance(one, other, None, counters);
-                        let of_reference = self.reference.distance(plain_one, plain_other, None, counters);
-                        summary.near("divergence", distance, of_reference);
-                        let own = self.learner.displacement(one, other, fast.calibration());
-                        let plain = self.reference.displacement(plain_one, plain_other, self.plain.calibration());
-                        summary.near("metres", own.metres, plain.metres);
-                        summary.near("scatters", own.scatters, plain.scatters);
+                        let pair = [&one.policy, &other.policy];
+                        self.agree_how_far(pair, [&plain_one.policy, &plain_other.policy], summary);
                     }
                 }
             }
         }
+    }
+
+    fn agree_how_far(&self, own: [&KeyframePolicy; 2], plain: [&Policy; 2], summary: &mut Summary) {
+        let counters = &mut Counters::default();
+        let distance = self.learner.distance(own[0], own[1], None, counters);
+        summary.near("divergence", distance, self.reference.distance(plain[0], plain[1], None, counters));
+        let displaced = self.learner.displacement(own[0], own[1], self.fast.calibration());
+        let of_reference = self.reference.displacement(plain[0], plain[1], self.plain.calibration());
+        summary.near("metres", displaced.metres, of_reference.metres);
+        summary.near("scatters", displaced.scatters, of_reference.scatters);
     }
 
     /// The cut, and the scatter about each axis.
