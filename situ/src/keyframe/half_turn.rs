@@ -10,8 +10,10 @@ use std::ops::Range;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use super::hmm::Emission;
 use super::interpolate::resample;
 use super::learner::KeyframeLearner;
+use super::policy::KeyframePolicy;
 use crate::demonstration::{Gripper, Pose};
 use crate::segment::Segment;
 use crate::state::Axis;
@@ -30,12 +32,20 @@ fn half_turn(axis: Axis) -> UnitQuaternion<f64> {
 /// An opening below this share of the stroke is a closed hand.
 const CLOSED: f64 = 0.5;
 
-fn is_closed(segment: &Segment) -> bool {
-    segment.keyframes.last().is_some_and(|keyframe| match keyframe.gripper {
+fn closes(command: Gripper) -> bool {
+    match command {
         Gripper::Close(_) => true,
         Gripper::Open(_) => false,
         Gripper::Opening(share) => share < CLOSED,
-    })
+    }
+}
+
+fn is_closed(segment: &Segment) -> bool {
+    segment.keyframes.last().is_some_and(|keyframe| closes(keyframe.gripper))
+}
+
+fn is_closed_by(policy: &KeyframePolicy) -> bool {
+    policy.hmm.emissions.last().and_then(Emission::gripper_command).is_some_and(closes)
 }
 
 /// The segments of each hold, and each other segment by itself.
@@ -115,7 +125,7 @@ impl KeyframeLearner {
                 let path = self.path_of(segment);
                 let nodes = model.nodes_of(&segment.reference).filter_map(|id| model.node(id).ok());
                 let ways = nodes.flat_map(|node| node.policies());
-                let known = ways.filter(|policy| policy.ends_closed() == is_closed(segment));
+                let known = ways.filter(|policy| is_closed_by(policy) == is_closed(segment));
                 let least = known.map(|policy| apart(&path, &crate::primitive::Learner::path(self, policy), axis));
                 let least = least.reduce(|one, other| [one[0].min(other[0]), one[1].min(other[1])]);
                 let [plain, turned] = least.unwrap_or_default();

@@ -17,6 +17,8 @@ pub(crate) struct Classifier {
     scales: Vec<f64>,
     centre: Vec<f64>,
     units: Vec<f64>,
+    /// How many units a feature counts at the most.
+    most: f64,
     radius: f64,
     /// The intercept is last.
     weights: DVector<f64>,
@@ -24,7 +26,7 @@ pub(crate) struct Classifier {
 
 impl Classifier {
     pub(crate) fn fit(positives: &[&State], negatives: &[&State], scales: &[f64], rule: &KeyframeParameters) -> Self {
-        let (Standardisation::Within { prior }, Activation::Bounded { factor, least }) =
+        let (Standardisation::Within { prior, most }, Activation::Bounded { factor, least }) =
             (rule.standardisation, rule.activation)
         else {
             panic!("the reference knows the defaults alone")
@@ -42,7 +44,7 @@ impl Classifier {
         };
         let units = (0..scales.len()).map(unit).collect();
         let radius = (factor * percentile(own.iter().map(|point| apart(point, &centre)).collect())).max(least);
-        let mut classifier = Self { scales: scales.to_vec(), centre, units, radius, weights: DVector::zeros(0) };
+        let mut classifier = Self { scales: scales.to_vec(), centre, units, most, radius, weights: DVector::zeros(0) };
         let classes = if others.is_empty() { 1.0 } else { 2.0 };
         let sample = |target: f64, count: usize| move |row: DVector<f64>| (row, target, 1.0 / classes / count as f64);
         let row = |point: &Vec<f64>| classifier.row(point);
@@ -55,7 +57,7 @@ impl Classifier {
     /// z and z² of each feature in its unit, divided by the root of their number; then 1 for the intercept.
     fn row(&self, scaled: &[f64]) -> DVector<f64> {
         let features = scaled.len();
-        let z = |f: usize| (scaled[f] - self.centre[f]) / self.units[f];
+        let z = |f: usize| ((scaled[f] - self.centre[f]) / self.units[f]).max(-self.most).min(self.most);
         let lifted = (0..features).map(z).chain((0..features).map(|f| z(f) * z(f)));
         let norm = ((2 * features) as f64).sqrt();
         DVector::from_iterator(2 * features + 1, lifted.map(|value| value / norm).chain([1.0]))

@@ -9,15 +9,16 @@ use situ::demonstration::{Demonstration, Pose};
 use situ::fold::situ;
 use situ::keyframe::learner::KeyframeLearner;
 use situ::keyframe::parameters::KeyframeParameters;
+use situ::keyframe::policy::KeyframePolicy;
 use situ::method::rebuild::rebuild;
 use situ::place::Place;
 use situ::primitive::Learner;
 use situ::state::State;
 use situ::task_model::TaskModel;
-use situ::trace::{Branch, Counters, MatchedIn, Step};
+use situ::trace::{Branch, Counters, MatchedIn, Obedience, Step};
 
 use crate::common::histories;
-use crate::reference::learner::Reference;
+use crate::reference::learner::{Policy, Reference};
 use crate::reference::task::{Shown, Task};
 
 /// How far apart two numbers may be: relative above 1, absolute below.
@@ -31,6 +32,12 @@ pub(crate) struct Summary {
     pub(crate) corrections: usize,
     /// The steps of the crate's learner. The reference took the same.
     steps: Vec<Step>,
+    /// Positives that were retired so that the model obeys.
+    pub(crate) retired: u32,
+    /// How often a node was compared that has one way, two, or more.
+    pub(crate) ways: [usize; 3],
+    /// How often an older way than the newest was the right one.
+    pub(crate) older: usize,
     /// The greatest difference of each kind of number.
     differences: BTreeMap<&'static str, f64>,
 }
@@ -76,6 +83,9 @@ impl fmt::Display for Summary {
         writeln!(f, "{} corrections of {} segments: no decision differs", self.corrections, self.steps.len())?;
         writeln!(f, "{new} new, {existing} existing, {modify} modified; {edges} new edges, {merges} merges")?;
         writeln!(f, "matched: {index} in the index, {object} by reference object, {nowhere} nowhere")?;
+        let [one, two, more] = self.ways;
+        writeln!(f, "nodes of one way {one}, of two {two}, of more {more}; an older way is right in {}", self.older)?;
+        writeln!(f, "{} positives retired", self.retired)?;
         let differences = self.differences.iter().map(|(what, difference)| format!("{what} {difference:.1e}"));
         write!(f, "greatest differences: {}", differences.collect::<Vec<_>>().join(", "))
     }
@@ -106,7 +116,8 @@ impl Comparison {
         let plain = corrected(&mut self.plain, shown, &self.reference);
         assert_eq!(fast, plain, "{}: steps", summary.now);
         summary.corrections += 1;
-        summary.steps.extend(fast);
+        summary.steps.extend(fast.0);
+        summary.retired += fast.1.retired;
         self.agree(&shown.demonstration.keyframes()[0].state, summary);
     }
 
@@ -118,31 +129,70 @@ impl Comparison {
         let (fast, plain) = (&self.fast, &self.plain);
         assert!(fast.edges().eq(plain.edges()), "{}: edges", summary.now);
         assert!(fast.nodes().map(|(id, _)| id).eq(plain.nodes().map(|(id, _)| id)), "{}: nodes", summary.now);
-        summary.near("cut", fast.calibration().cut, *plain.calibration());
+        self.agree_on_the_teacher(summary);
         let probabilities = |place| (fast.probability(place, state), plain.probability(place, state));
         for place in fast.nodes().map(|(id, _)| Place::Node(id)).chain([Place::End]) {
             let (own, of_reference) = probabilities(place);
             summary.near("probability", own, of_reference);
         }
-        let nodes: Vec<_> = fast.nodes().zip(plain.nodes()).map(|((_, own), (_, plain))| (own, plain)).collect();
-        for (index, (own, plain)) in nodes.iter().enumerate() {
-            let data = (&own.segments, &own.policy_segments, &own.samples);
-            assert_eq!(data, (&plain.segments, &plain.policy_segments, &plain.samples), "{}: data", summary.now);
-            let keyframes = own.policy.mean_keyframes();
-            let poses: Vec<Pose> = keyframes.iter().map(|keyframe| keyframe.pose).collect();
-            summary.near_path("keyframe", &poses, &plain.policy.poses);
-            for (own, of_reference) in keyframes.iter().zip(&plain.policy.commands) {
-                assert_eq!(discriminant(&own.gripper), discriminant(of_reference), "{}: gripper", summary.now);
-                summary.near("gripper", own.gripper.value(), of_reference.value());
+        let nodes: Vec<_> = fast.nodes().zip(plain.nodes()).map(|((id, own), (_, plain))| (id, own, plain)).collect();
+        for (index, (id, own, plain)) in nodes.iter().enumerate() {
+            let data = (&own.segments, &own.samples);
+            assert_eq!(data, (&plain.segments, &plain.samples), "{}: data", summary.now);
+            let right = (
+                fast.way_in(*id, state, self.learner.scales()).expect("it is a node"),
+                self.plain.way_in(*id, state, self.reference.scales()).expect("it is a node"),
+            );
+            assert_eq!(right.0, right.1, "{}: the way that is right", summary.now);
+            summary.ways[own.ways.len().min(3) - 1] += 1;
+            summary.older += usize::from(right.0 + 1 < own.ways.len());
+            assert_eq!(own.ways.len(), plain.ways.len(), "{}: ways", summary.now);
+            for (own, plain) in own.ways.iter().zip(&plain.ways) {
+                let data = (&own.segments, &own.wanted, own.is_corrective);
+                assert_eq!(data, (&plain.segments, &plain.wanted, plain.is_corrective), "{}: a way", summary.now);
+                self.agree_on(&own.policy, &plain.policy, summary);
             }
-            summary.near_path("path", &self.learner.path(&own.policy), &self.reference.path(&plain.policy));
-            for (other, of_reference) in &nodes[..index] {
-                let counters = &mut Counters::default();
-                let distance = self.learner.distance(&own.policy, &other.policy, None, counters);
-                let of_reference = self.reference.distance(&plain.policy, &of_reference.policy, None, counters);
-                summary.near("divergence", distance, of_reference);
+            for (_, other, of_reference) in &nodes[..index] {
+                for (one, plain_one) in own.ways.iter().zip(&plain.ways) {
+                    for (other, plain_other) in other.ways.iter().zip(&of_reference.ways) {
+                        let pair = [&one.policy, &other.policy];
+                        self.agree_how_far(pair, [&plain_one.policy, &plain_other.policy], summary);
+                    }
+                }
             }
         }
+    }
+
+    fn agree_how_far(&self, own: [&KeyframePolicy; 2], plain: [&Policy; 2], summary: &mut Summary) {
+        let counters = &mut Counters::default();
+        let distance = self.learner.distance(own[0], own[1], None, counters);
+        summary.near("divergence", distance, self.reference.distance(plain[0], plain[1], None, counters));
+        let displaced = self.learner.displacement(own[0], own[1], self.fast.calibration());
+        let of_reference = self.reference.displacement(plain[0], plain[1], self.plain.calibration());
+        summary.near("metres", displaced.metres, of_reference.metres);
+        summary.near("scatters", displaced.scatters, of_reference.scatters);
+    }
+
+    /// The cut, and the scatter about each axis.
+    fn agree_on_the_teacher(&self, summary: &mut Summary) {
+        let (fast, plain) = (self.fast.calibration(), self.plain.calibration());
+        summary.near("cut", fast.cut, plain.cut);
+        assert_eq!(fast.scatter.is_clamped, plain.scatter.is_clamped, "{}: clamped", summary.now);
+        for (own, plain) in [(fast.scatter.contact, plain.scatter.contact), (fast.scatter.free, plain.scatter.free)] {
+            summary.near("scatter", own.position, plain.0);
+            own.rotation.iter().zip(plain.1).for_each(|(own, plain)| summary.near("scatter", *own, plain));
+        }
+    }
+
+    fn agree_on(&self, own: &KeyframePolicy, plain: &Policy, summary: &mut Summary) {
+        let keyframes = own.mean_keyframes();
+        let poses: Vec<Pose> = keyframes.iter().map(|keyframe| keyframe.pose).collect();
+        summary.near_path("keyframe", &poses, &plain.poses);
+        for (own, of_reference) in keyframes.iter().zip(&plain.commands) {
+            assert_eq!(discriminant(&own.gripper), discriminant(of_reference), "{}: gripper", summary.now);
+            summary.near("gripper", own.gripper.value(), of_reference.value());
+        }
+        summary.near_path("path", &self.learner.path(own), &self.reference.path(plain));
     }
 }
 
@@ -150,9 +200,11 @@ fn taught<L: Learner>(originals: &[Demonstration], learner: &L) -> TaskModel<L> 
     rebuild(histories(originals), None, learner, &Decisions::default()).expect("every segment can be learned").0
 }
 
-/// Folds a correction in, and returns what was decided.
-fn corrected<L: Learner>(model: &mut TaskModel<L>, shown: &Shown, learner: &L) -> Vec<Step> {
-    let correction = shown.of(model);
+/// Folds a correction in, and returns what was decided, and where the model had to be made to obey.
+fn corrected<L: Learner>(model: &mut TaskModel<L>, shown: &Shown, learner: &L) -> (Vec<Step>, Obedience) {
+    let trail = shown.trail(model);
+    let correction = shown.of(model, &trail);
     let trace = situ(correction, model, learner, &Decisions::default()).expect("every segment can be learned");
-    trace.steps.into_iter().map(|step| Step { counters: Counters::default(), ..step }).collect()
+    let uncounted = |step| Step { counters: Counters::default(), ..step };
+    (trace.steps.into_iter().map(uncounted).collect(), trace.obedience)
 }

@@ -43,8 +43,8 @@ struct Expected {
 
 /// S₀.
 fn prior(rule: &HmmParameters) -> Matrix6<f64> {
-    let (metres, radians) = (rule.position_floor.powi(2), rule.rotation_floor.powi(2));
-    Matrix6::from_diagonal(&Vector6::new(metres, metres, metres, radians, radians, radians))
+    let (metres, [x, y, z]) = (rule.position_floor.powi(2), rule.rotation_floor.map(|floor| floor.powi(2)));
+    Matrix6::from_diagonal(&Vector6::new(metres, metres, metres, x, y, z))
 }
 
 impl Emission {

@@ -10,6 +10,7 @@ mod hmm;
 mod learner;
 mod linkage;
 mod pose;
+pub(crate) mod scatter;
 mod task;
 
 use std::ops::Range;
@@ -50,6 +51,8 @@ fn no_decision_differs(seeds: Range<u64>) {
     for branch in [Branch::New, Branch::Existing, Branch::Modify] {
         assert!(summary.branch(branch) >= 50, "{branch:?} was hardly tested");
     }
+    assert!(summary.ways[1] >= 50 && summary.ways[2] >= 50 && summary.older >= 10, "ways were hardly tested");
+    assert!(summary.retired >= 10, "obedience was hardly tested");
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Random tasks: chains of primitives over several objects, demonstrations of them, and corrections of every edit type.
 
+use std::ops::Range;
+
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -11,6 +13,7 @@ use situ::random::{standard_normal, stream};
 use situ::segment::RelativeKeyframe;
 use situ::state::{Feature, Schema, State};
 use situ::task_model::TaskModel;
+use situ::trail::{StepEnd, TrailStep};
 
 use crate::common::{CAREFUL, Noise};
 
@@ -48,14 +51,27 @@ pub(crate) struct Shown {
     pub(crate) demonstration: Demonstration,
     after: Option<SegmentId>,
     interrupted: Option<SegmentId>,
+    /// In which state the robot chose what, by a segment of it, and how it ended.
+    trail: Vec<(State, SegmentId, StepEnd)>,
 }
 
 impl Shown {
-    /// The correction as this model receives it.
-    pub(crate) fn of<L: Learner>(&self, model: &TaskModel<L>) -> Correction<'_> {
+    /// The trail that led to the correction, as this model knows it.
+    pub(crate) fn trail<L: Learner>(&self, model: &TaskModel<L>) -> Vec<TrailStep> {
+        let step = |(state, of, end): &(State, SegmentId, StepEnd)| TrailStep {
+            state: state.clone(),
+            node: model.node_of(*of).expect("it was shown"),
+            end: *end,
+        };
+        self.trail.iter().map(step).collect()
+    }
+
+    /// The correction as this model receives it, with its trail.
+    pub(crate) fn of<'a, L: Learner>(&'a self, model: &TaskModel<L>, trail: &'a [TrailStep]) -> Correction<'a> {
         let node = |segment| model.node_of(segment).expect("it was shown");
         Correction {
             interrupted: self.interrupted.map(node),
+            trail,
             ..Correction::after(
                 self.after.map_or(Place::Start, |segment| Place::Node(node(segment))),
                 &self.demonstration,
@@ -95,50 +111,96 @@ impl Task {
             .collect()
     }
 
-    /// A correction after any primitive: something new, something known out of order, what comes next in another way,
-    /// or what comes next as it was.
+    /// A correction after any primitive. What comes next in the chain may have been stopped, under way or before it
+    /// began, and the robot may have written down what it did.
     pub(crate) fn correction(&mut self) -> Shown {
         let ran = self.rng.random_range(0..=self.primitives.len());
         let next = if ran < self.chain { ran } else { self.rng.random_range(0..self.chain) };
-        let mut first = self.primitives[next].clone();
-        let mut interrupted = None;
-        match self.rng.random_range(0..4) {
-            0 => {
-                // Often this is an object that the task does not know.
-                let object = self.rng.random_range(0..self.objects + 2);
-                let begins = self.surprising(&first.begins);
-                first = self.primitive(object, begins);
-                self.primitives.push(first.clone());
+        let (expected, is_careful) = (self.primitives[next].clone(), self.rng.random());
+        let noise = if is_careful { CAREFUL } else { CARELESS };
+        let stopped = [None, Some(StepEnd::Interrupted), Some(StepEnd::Prevented)][self.rng.random_range(0..3)];
+        let (mut first, is_inserted) = self.first(ran, next);
+        let trail = if self.rng.random_range(0..3) == 0 {
+            Vec::new()
+        } else {
+            // The robot chose in the world in which it has to choose rightly; somebody stepped in later.
+            let trail = self.trail(ran, stopped.map(|end| (first.begins.clone(), expected.shown, end)), noise);
+            if self.rng.random() {
+                first.begins = self.surprising(&first.begins);
             }
-            1 => {
-                let begins = self.surprising(&first.begins);
-                let other = self.rng.random_range(0..self.primitives.len());
-                first = Primitive { begins, ..self.primitives[other].clone() };
-            }
-            2 => {
-                let way = Vector3::from_fn(|_, _| standard_normal(&mut self.rng)).normalize();
-                let moved = way * self.rng.random_range(0.06..0.12);
-                first.keyframes.iter_mut().for_each(|keyframe| keyframe.pose.translation.vector += moved);
-                self.primitives[next] = first.clone();
-                interrupted = self.rng.random::<bool>().then_some(first.shown);
-            }
-            _ => {}
-        }
+            trail
+        };
         let mut acts = vec![first];
         // Back to the chain, and perhaps to its end.
-        let mut after = next;
-        while after + 1 < self.chain && self.rng.random_range(0..3) == 0 {
-            after += 1;
-            if acts[acts.len() - 1].object != self.primitives[after].object {
-                acts.push(self.primitives[after].clone());
-            }
+        let mut resumed = next + usize::from(!is_inserted);
+        while resumed < self.chain && self.rng.random() {
+            acts.push(self.primitives[resumed].clone());
+            resumed += 1;
         }
-        let carried_to_end = after + 1 == self.chain;
+        let carried_to_end = resumed == self.chain;
         let last = if carried_to_end { self.over.clone() } else { acts[acts.len() - 1].begins.clone() };
         let after = ran.checked_sub(1).map(|ran| self.primitives[ran].shown);
-        let noise = self.noise();
+        let interrupted = stopped.filter(|end| *end == StepEnd::Interrupted).map(|_| expected.shown);
         let demonstration = self.show(Kind::Corrective, &acts, &last, noise, carried_to_end);
-        Shown { demonstration, after, interrupted }
+        Shown { demonstration, after, interrupted, trail }
+    }
+
+    /// What a correction begins with, and whether it stands before what comes next rather than in its place: something
+    /// new, something known out of order, what comes next or what has just run in another way, or what comes next as it
+    /// was.
+    fn first(&mut self, ran: usize, next: usize) -> (Primitive, bool) {
+        let expected = self.primitives[next].clone();
+        match self.rng.random_range(0..5) {
+            0 => {
+                // Often this is an object that the task does not know, and often it is the expected one.
+                let object =
+                    if self.rng.random() { expected.object } else { self.rng.random_range(0..self.objects + 2) };
+                let begins = self.surprising(&expected.begins);
+                let new = self.primitive(object, begins);
+                self.primitives.push(new.clone());
+                (new, self.rng.random())
+            }
+            1 => {
+                let begins = self.surprising(&expected.begins);
+                let other = self.rng.random_range(0..self.primitives.len());
+                (Primitive { begins, ..self.primitives[other].clone() }, self.rng.random())
+            }
+            2 => (self.moved(next, 0.06..0.12), false),
+            3 if ran > 0 => (self.moved(ran - 1, 0.01..0.12), true),
+            _ => (expected, false),
+        }
+    }
+
+    /// A primitive in another way, by so many metres: in a world of its own or in any. Both ways, or the new one alone,
+    /// will be shown from now on.
+    fn moved(&mut self, index: usize, metres: Range<f64>) -> Primitive {
+        let mut moved = self.primitives[index].clone();
+        let way = Vector3::from_fn(|_, _| standard_normal(&mut self.rng)).normalize();
+        let far = way * self.rng.random_range(metres);
+        moved.keyframes.iter_mut().for_each(|keyframe| keyframe.pose.translation.vector += far);
+        if self.rng.random() {
+            moved.begins = self.surprising(&moved.begins);
+        }
+        if self.rng.random() {
+            self.primitives[index] = moved.clone()
+        } else {
+            self.primitives.push(moved.clone())
+        }
+        moved
+    }
+
+    /// The chain up to what ran last, and what was stopped after it.
+    fn trail(
+        &mut self,
+        ran: usize,
+        stopped: Option<(Vec<f64>, SegmentId, StepEnd)>,
+        noise: Noise,
+    ) -> Vec<(State, SegmentId, StepEnd)> {
+        let finished = (0..ran).filter(|index| *index < self.chain || index + 1 == ran);
+        let finished = finished.map(|index| &self.primitives[index]);
+        let finished = finished.map(|primitive| (primitive.begins.clone(), primitive.shown, StepEnd::Finished));
+        let steps: Vec<_> = finished.chain(stopped).collect();
+        steps.into_iter().map(|(begins, of, end)| (self.seen(&begins, noise), of, end)).collect()
     }
 
     fn noise(&mut self) -> Noise {
@@ -214,6 +276,7 @@ impl Task {
         for act in acts {
             let state = self.seen(&act.begins, noise);
             let reference_pose = self.near(&Pose::identity(), 0.3, 0.5);
+            let begun = keyframes.len();
             let mut push = |pose: Pose, command: &RelativeKeyframe| {
                 keyframes.push(Keyframe {
                     reference: format!("object-{}", act.object).into(),
@@ -222,7 +285,7 @@ impl Task {
                     gripper: command.gripper,
                     hold: command.hold,
                     state: state.clone(),
-                    announced: false,
+                    announced: keyframes.len() == begun,
                     narration: None,
                 });
             };
