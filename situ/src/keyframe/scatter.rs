@@ -46,6 +46,14 @@ pub struct ScatterParameters {
     pub greatest: (f64, f64),
 }
 
+impl ScatterParameters {
+    /// The scatter that is believed before anything is seen, whatever is seen: that of one teacher.
+    pub fn fixed() -> Self {
+        let prior = Self::default().prior;
+        Self { least: prior, greatest: prior, ..Self::default() }
+    }
+}
+
 impl Default for ScatterParameters {
     /// The prior is that of decision D12.
     fn default() -> Self {

@@ -20,6 +20,7 @@ use crate::graph::Graph;
 use crate::keyframe::learner::KeyframeLearner;
 use crate::keyframe::parameters::{Activation, Compared, Divergence, KeyframeParameters, Lift, Standardisation};
 use crate::keyframe::policy::Execution;
+use crate::keyframe::scatter::ScatterParameters;
 use crate::place::{NodeId, Place};
 use crate::placement::ByPolicy;
 use crate::primitive::Learner;
@@ -67,6 +68,8 @@ pub struct KeyframeMethod {
     update: Update,
     decisions: fn() -> Decisions,
     parameters: fn() -> KeyframeParameters,
+    /// Whether its parameters change what the originals are.
+    has_own_original: bool,
 }
 
 const PAPER: &str = "Gutierrez, Short, Niekum and Thomaz 2018";
@@ -80,6 +83,7 @@ const SITU: KeyframeMethod = KeyframeMethod {
     update: Update::Situ,
     decisions: Decisions::mended,
     parameters: KeyframeParameters::default,
+    has_own_original: false,
 };
 
 const REBUILD: KeyframeMethod = KeyframeMethod {
@@ -160,7 +164,7 @@ pub fn all() -> Vec<KeyframeMethod> {
             ..SITU
         },
     ];
-    systems.into_iter().chain(decided()).chain(kernels()).collect()
+    systems.into_iter().chain(decided()).chain(own_originals()).chain(kernels()).collect()
 }
 
 /// SITU with one decision about structure changed at a time.
@@ -202,17 +206,41 @@ fn decided() -> Vec<KeyframeMethod> {
             ways: Ways::Replace,
             ..Decisions::mended()
         }),
-        decided("situ:fixed_displacement", "D21: displaced is 3 cm, and 7 cm for what was not being done", || {
-            let limit = |metres| Limit { metres, scatters: 0.0 };
-            let modify = Decisions::mended().modify;
-            let fixed = |rule| Modify { near: limit(0.03), far: limit(0.07), ..rule };
-            Decisions { modify: modify.map(fixed), ..Decisions::mended() }
-        }),
         decided("situ:no_obedience", "D22 off: the model may choose something else where it was corrected", || {
             Decisions { obey: false, ..Decisions::mended() }
         }),
         decided("situ:no_trail", "D23 off: what the robot had chosen before the correction is not heeded", || {
             Decisions { trail: false, ..Decisions::mended() }
+        }),
+    ]
+}
+
+/// SITU with a decision changed that the originals depend on as well: each is taught its own from the same
+/// demonstrations.
+fn own_originals() -> Vec<KeyframeMethod> {
+    let own = |name, summary, parameters| KeyframeMethod {
+        name,
+        summary,
+        source: OURS,
+        parameters,
+        has_own_original: true,
+        ..SITU
+    };
+    vec![
+        KeyframeMethod {
+            decisions: || {
+                let limit = |metres| Limit { metres, scatters: 0.0 };
+                let modify = Decisions::mended().modify;
+                let fixed = |rule| Modify { near: limit(0.03), far: limit(0.07), ..rule };
+                Decisions { modify: modify.map(fixed), ..Decisions::mended() }
+            },
+            ..own("situ:fixed_scatter", "D21 off: displaced is 3 cm and 7 cm, and one floor for all teachers", || {
+                KeyframeParameters { scatter: ScatterParameters::fixed(), ..KeyframeParameters::default() }
+            })
+        },
+        own("situ:no_symmetry", "D24 off: half a turn of the hand is another grasp", || KeyframeParameters {
+            symmetry: false,
+            ..KeyframeParameters::default()
         }),
     ]
 }
@@ -223,6 +251,10 @@ fn kernels() -> Vec<KeyframeMethod> {
     vec![
         kernel("situ:fixed_scales", "D16 as designed: one scale a feature for every classifier", || {
             KeyframeParameters { standardisation: Standardisation::Fixed, ..KeyframeParameters::default() }
+        }),
+        kernel("situ:unbounded", "D16: a feature counts as many units as it is off", || KeyframeParameters {
+            standardisation: Standardisation::Within { prior: 0.1, most: f64::INFINITY },
+            ..KeyframeParameters::default()
         }),
         kernel("situ:linear", "D2b: classifiers linear in the state", || KeyframeParameters {
             lift: Lift::Linear,
@@ -275,6 +307,7 @@ impl Method for KeyframeMethod {
     fn original(&self) -> &'static str {
         match self.update {
             Update::Direct(Rule::Narrated) => self.name,
+            _ if self.has_own_original => self.name,
             _ => KEYFRAME_AUTOMATON,
         }
     }
@@ -288,7 +321,9 @@ impl Method for KeyframeMethod {
         demonstrations.iter().try_for_each(|demonstration| demonstration.check_features(schema.len()))?;
         demonstrations.iter().try_for_each(|demonstration| self.update.check(self.name, demonstration, None))?;
         if self.update != Update::Direct(Rule::Narrated) {
-            return KeyframeAutomaton::learn(schema, demonstrations, seed).map(Original::Keyframe);
+            let parameters =
+                if self.has_own_original { (self.parameters)() } else { KeyframeParameters::default() };
+            return KeyframeAutomaton::learn_by(parameters, schema, demonstrations, seed).map(Original::Keyframe);
         }
         let model = Arc::new(direct::named_automaton(schema, demonstrations)?);
         Ok(Original::of(self.task(&KeyframeAutomaton { schema: schema.clone(), model, seed })))

@@ -67,13 +67,26 @@ pub struct KeyframeAutomaton {
 }
 
 impl KeyframeAutomaton {
-    /// Learns the automaton.
+    /// Learns the automaton, with the default kernels.
     ///
     /// # Errors
     /// As [`super::Method::learn_original`].
     pub fn learn(schema: &Schema, demonstrations: &[Demonstration], seed: u64) -> Result<Self, SituError> {
+        Self::learn_by(KeyframeParameters::default(), schema, demonstrations, seed)
+    }
+
+    /// The same with kernels of its own, for an ablation that changes what the originals are.
+    ///
+    /// # Errors
+    /// As [`super::Method::learn_original`].
+    pub fn learn_by(
+        parameters: KeyframeParameters,
+        schema: &Schema,
+        demonstrations: &[Demonstration],
+        seed: u64,
+    ) -> Result<Self, SituError> {
         demonstrations.iter().try_for_each(|demonstration| demonstration.check_features(schema.len()))?;
-        let learner = KeyframeLearner::new(schema, KeyframeParameters::default());
+        let learner = KeyframeLearner::new(schema, parameters);
         let segments = learner.one_representative(demonstrations.iter().map(by_reference_object).collect());
         let histories = demonstrations.iter().zip(segments);
         let histories = histories.map(|(shown, segments)| History::new(shown, segments, None)).collect();

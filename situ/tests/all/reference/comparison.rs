@@ -167,10 +167,12 @@ impl Comparison {
         let counters = &mut Counters::default();
         let distance = self.learner.distance(own[0], own[1], None, counters);
         summary.near("divergence", distance, self.reference.distance(plain[0], plain[1], None, counters));
-        let displaced = self.learner.displacement(own[0], own[1], self.fast.calibration());
-        let of_reference = self.reference.displacement(plain[0], plain[1], self.plain.calibration());
-        summary.near("metres", displaced.metres, of_reference.metres);
-        summary.near("scatters", displaced.scatters, of_reference.scatters);
+        for beside in [false, true] {
+            let displaced = self.learner.displacement(own[0], own[1], self.fast.calibration(), beside);
+            let of_reference = self.reference.displacement(plain[0], plain[1], self.plain.calibration(), beside);
+            summary.near("metres", displaced.metres, of_reference.metres);
+            summary.near("scatters", displaced.scatters, of_reference.scatters);
+        }
     }
 
     /// The cut, and the scatter about each axis.

@@ -102,8 +102,20 @@ pub(crate) fn percentile(mut values: Vec<f64>) -> f64 {
 }
 
 /// Of all ways to lay the shorter list into the longer one in order, the best one's farthest pair, in the units of a
-/// pair of contacts and of any other pair.
-fn farthest(left: &[Laid], right: &[Laid], units: (f64, f64)) -> f64 {
+/// pair of contacts and of any other pair. Beside what is shown, one keyframe of the shorter list that is no contact may
+/// be left out, if another is left.
+fn farthest(left: &[Laid], right: &[Laid], units: (f64, f64), beside: bool) -> f64 {
+    let whole = farthest_of_all(left, right, units);
+    let short = if left.len() <= right.len() { left } else { right };
+    let long = if left.len() <= right.len() { right } else { left };
+    let without = (0..short.len()).filter(|index| beside && short.len() > 1 && !short[*index].1).map(|index| {
+        let rest: Vec<Laid> = [&short[..index], &short[index + 1..]].concat();
+        farthest_of_all(&rest, long, units)
+    });
+    without.fold(whole, f64::min)
+}
+
+fn farthest_of_all(left: &[Laid], right: &[Laid], units: (f64, f64)) -> f64 {
     let (short, long) = if left.len() <= right.len() { (left, right) } else { (right, left) };
     let apart = |one: &Laid, other: &Laid| metres(one, other) / if one.1 && other.1 { units.0 } else { units.1 };
     let of = |way: Vec<usize>| short.iter().zip(way).map(|(one, other)| apart(one, &long[other])).fold(0.0, f64::max);
@@ -184,14 +196,14 @@ impl Learner for Reference {
         resampled(&policy.poses, self.rule.signature_points, self.rule.metres_per_radian)
     }
 
-    fn displacement(&self, left: &Policy, right: &Policy, known: &Calibrated) -> Displacement {
+    fn displacement(&self, left: &Policy, right: &Policy, known: &Calibrated, beside: bool) -> Displacement {
         let laid = |policy: &Policy| {
             with_contacts(&policy.poses.iter().copied().zip(policy.commands.iter().copied()).collect::<Vec<_>>())
         };
         let (left, right) = (laid(left), laid(right));
         Displacement {
-            metres: farthest(&left, &right, (1.0, 1.0)),
-            scatters: farthest(&left, &right, (known.scatter.contact.0, known.scatter.free.0)),
+            metres: farthest(&left, &right, (1.0, 1.0), beside),
+            scatters: farthest(&left, &right, (known.scatter.contact.0, known.scatter.free.0), beside),
         }
     }
 
