@@ -225,11 +225,8 @@ impl Before {
             demonstration: shown[demonstration as usize].to_owned(),
             segment: index,
         };
-        let step = |step: &PastStep| BeforeStep {
-            state: step.state.clone(),
-            primitive: instance(step.of),
-            end: step.end,
-        };
+        let step =
+            |step: &PastStep| BeforeStep { state: step.state.clone(), primitive: instance(step.of), end: step.end };
         Self {
             after: stop.last.map(instance),
             interrupted: stop.interrupted.map(instance),

@@ -23,11 +23,7 @@ pub struct Stop {
 impl Stop {
     /// A correction from here, without an oracle.
     pub fn correction<'a>(&'a self, demonstration: &'a Demonstration) -> Correction<'a> {
-        Correction {
-            interrupted: self.interrupted,
-            trail: &self.trail,
-            ..Correction::after(self.last, demonstration)
-        }
+        Correction { interrupted: self.interrupted, trail: &self.trail, ..Correction::after(self.last, demonstration) }
     }
 }
 

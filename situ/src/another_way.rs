@@ -166,7 +166,8 @@ impl<L: Learner> Update<'_, L> {
         {
             suspects.push(a);
         }
-        let nodes = self.model.children(a).filter_map(|child| if let Place::Node(id) = child { Some(id) } else { None });
+        let nodes =
+            self.model.children(a).filter_map(|child| if let Place::Node(id) = child { Some(id) } else { None });
         let mut children: Vec<(f64, NodeId)> =
             nodes.map(|id| (-self.model.probability(Place::Node(id), &start), id)).collect();
         children.sort_by(|left, right| left.0.total_cmp(&right.0).then(left.1.cmp(&right.1)));

@@ -118,13 +118,7 @@ impl<L: Learner> Update<'_, L> {
     /// primitive `y` that it should not have run to its end. Where the first segment shows `z` in its place, the state
     /// of that choice is a positive of `z`, unless it is like the states in which `y` begins rightly; where it shows
     /// `y` itself, it is one of `y`.
-    pub fn mend_positives(
-        &self,
-        a: Place,
-        z: Option<NodeId>,
-        d: SegmentId,
-        positives: &mut BTreeSet<SampleId>,
-    ) {
+    pub fn mend_positives(&self, a: Place, z: Option<NodeId>, d: SegmentId, positives: &mut BTreeSet<SampleId>) {
         let stopped = self.stopped();
         if let Some(z) = z
             && stopped.map_or(a, Place::Node) == Place::Node(z)
@@ -161,12 +155,7 @@ impl<L: Learner> Update<'_, L> {
     ///
     /// # Errors
     /// Where the learner refuses.
-    pub fn tell_siblings(
-        &mut self,
-        a: Place,
-        place: Place,
-        negatives: &BTreeSet<SampleId>,
-    ) -> Result<(), SituError> {
+    pub fn tell_siblings(&mut self, a: Place, place: Place, negatives: &BTreeSet<SampleId>) -> Result<(), SituError> {
         if !self.decisions.push_to_siblings {
             return Ok(());
         }

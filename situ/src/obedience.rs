@@ -30,7 +30,8 @@ impl<L: Learner> Update<'_, L> {
         for (index, lesson) in lessons.iter().enumerate() {
             if self.chosen(*lesson) != Some(lesson.shown) {
                 let later = &lessons[index + 1..];
-                let is_aliased = later.iter().any(|later| later.after == lesson.after && self.chosen(*lesson) == Some(later.shown));
+                let is_aliased =
+                    later.iter().any(|later| later.after == lesson.after && self.chosen(*lesson) == Some(later.shown));
                 if is_aliased {
                     self.obedience.aliased += 1;
                 } else {

@@ -21,8 +21,8 @@ use crate::keyframe::learner::KeyframeLearner;
 use crate::keyframe::parameters::{Activation, Compared, Divergence, KeyframeParameters, Lift, Standardisation};
 use crate::keyframe::policy::Execution;
 use crate::place::{NodeId, Place};
-use crate::primitive::Learner;
 use crate::placement::ByPolicy;
+use crate::primitive::Learner;
 use crate::segment::{RelativeKeyframe, Segment};
 use crate::segmentation::{by_narration, by_reference_object};
 use crate::state::{Schema, State};
@@ -208,13 +208,11 @@ fn decided() -> Vec<KeyframeMethod> {
             let fixed = |rule| Modify { near: limit(0.03), far: limit(0.07), ..rule };
             Decisions { modify: modify.map(fixed), ..Decisions::mended() }
         }),
-        decided("situ:no_obedience", "D22 off: the model may choose something else where it was corrected", || Decisions {
-            obey: false,
-            ..Decisions::mended()
+        decided("situ:no_obedience", "D22 off: the model may choose something else where it was corrected", || {
+            Decisions { obey: false, ..Decisions::mended() }
         }),
-        decided("situ:no_trail", "D23 off: what the robot had chosen before the correction is not heeded", || Decisions {
-            trail: false,
-            ..Decisions::mended()
+        decided("situ:no_trail", "D23 off: what the robot had chosen before the correction is not heeded", || {
+            Decisions { trail: false, ..Decisions::mended() }
         }),
     ]
 }

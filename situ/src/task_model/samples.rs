@@ -51,9 +51,7 @@ impl<L: Learner> TaskModel<L> {
     /// The place that a robot came from to the state of a sample.
     pub fn before(&self, sample: SampleId) -> Option<Place> {
         let node = |segment: SegmentId| self.node_of(segment).map(Place::Node);
-        let origin = |demonstration: u32| {
-            self.histories[demonstration as usize].after.map_or(Some(Place::Start), node)
-        };
+        let origin = |demonstration: u32| self.histories[demonstration as usize].after.map_or(Some(Place::Start), node);
         match sample {
             SampleId::Start(SegmentId { demonstration, index: 0 }) => origin(demonstration),
             SampleId::Start(SegmentId { demonstration, index }) => node(SegmentId { demonstration, index: index - 1 }),

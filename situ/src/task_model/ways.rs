@@ -17,8 +17,7 @@ impl<L: Learner> TaskModel<L> {
     /// A way whose policy was fitted to these segments, of which there is at least one.
     pub fn way(&self, segments: BTreeSet<SegmentId>, policy: L::Policy) -> Way<L::Policy> {
         let wanted = segments.iter().filter_map(|segment| self.natural_start(*segment)).collect();
-        let is_original =
-            |segment: &SegmentId| self.histories[segment.demonstration as usize].kind == Kind::Original;
+        let is_original = |segment: &SegmentId| self.histories[segment.demonstration as usize].kind == Kind::Original;
         let is_corrective = !segments.iter().any(is_original);
         Way { segments, policy, wanted, is_corrective }
     }
@@ -49,13 +48,7 @@ impl<L: Learner> TaskModel<L> {
     ///
     /// # Errors
     /// [`SituError::UnknownNode`].
-    pub fn add_way(
-        &mut self,
-        id: NodeId,
-        segment: SegmentId,
-        policy: L::Policy,
-        most: usize,
-    ) -> Result<(), SituError> {
+    pub fn add_way(&mut self, id: NodeId, segment: SegmentId, policy: L::Policy, most: usize) -> Result<(), SituError> {
         let way = self.way(BTreeSet::from([segment]), policy);
         let node = self.node_mut(id)?;
         node.segments.insert(segment);
@@ -85,8 +78,7 @@ impl<L: Learner> TaskModel<L> {
         way: usize,
         counters: &mut Counters,
     ) -> Result<(), SituError> {
-        let segments: Vec<&Segment> =
-            self.node(id)?.ways[way].segments.iter().map(|id| &**self.segment(*id)).collect();
+        let segments: Vec<&Segment> = self.node(id)?.ways[way].segments.iter().map(|id| &**self.segment(*id)).collect();
         let policy = learner.fit_policy(&segments, &self.calibration, counters)?;
         self.node_mut(id)?.ways[way].policy = policy;
         self.distances.forget(id);
@@ -100,8 +92,7 @@ impl<L: Learner> TaskModel<L> {
     /// [`SituError::UnknownNode`].
     pub fn way_in(&self, id: NodeId, state: &State, scales: &[f64]) -> Result<usize, SituError> {
         let ways = &self.node(id)?.ways;
-        let wanted =
-            |way: usize| ways[way].wanted.iter().map(|sample| self.state(*sample)).collect::<Vec<&State>>();
+        let wanted = |way: usize| ways[way].wanted.iter().map(|sample| self.state(*sample)).collect::<Vec<&State>>();
         let mut right = ways.len() - 1;
         for older in (0..right).rev() {
             if is_in_own_world(state, &wanted(older), &wanted(right), scales) {

@@ -95,7 +95,7 @@ fn demonstrations() {
 
 #[test]
 fn places_that_cannot_have_run() {
-    let learner = Toy { taught: 2.0, found: 2.0 };
+    let learner = Toy::on_a_line(2.0);
     let decisions = Decisions::mended();
     let shown = spelt(&[(0, 0.0, 0.0)], 1.0, true);
     let (model, _) = rebuild(histories(std::slice::from_ref(&shown)), None, &learner, &decisions).unwrap();
@@ -126,9 +126,9 @@ impl Learner for Refusing {
     type Classifier = Nearest;
     type Calibration = ();
 
-    fn fit_policy(&self, segments: &[&Segment], counters: &mut Counters) -> Result<Line, SituError> {
+    fn fit_policy(&self, segments: &[&Segment], (): &(), counters: &mut Counters) -> Result<Line, SituError> {
         self.ask()?;
-        self.learner.fit_policy(segments, counters)
+        self.learner.fit_policy(segments, &(), counters)
     }
 
     fn fit_classifier(
@@ -144,7 +144,7 @@ impl Learner for Refusing {
     fn cluster_and_find(
         &self,
         own: &Line,
-        candidates: &[&Line],
+        candidates: &[Vec<&Line>],
         among: &[f64],
         calibration: &(),
         counters: &mut Counters,
@@ -169,6 +169,10 @@ impl Learner for Refusing {
         self.learner.cluster(segments, calibration, counters)
     }
 
+    fn scales(&self) -> &[f64] {
+        self.learner.scales()
+    }
+
     fn path(&self, policy: &Line) -> Vec<Pose> {
         self.learner.path(policy)
     }
@@ -179,7 +183,7 @@ impl Learner for Refusing {
 #[test]
 fn a_correction_is_folded_in_whole_or_not_at_all() {
     for decisions in [Decisions::mended(), Decisions::literal()] {
-        let learner = Refusing { learner: Toy { taught: 0.05, found: 2.0 }, left: Rc::new(Cell::new(u32::MAX)) };
+        let learner = Refusing { learner: Toy::on_a_line(0.05), left: Rc::new(Cell::new(u32::MAX)) };
         let fragments = |x: f64| spelt(&[(0, x, 0.0), (1, x, 1.0), (2, x, 2.0)], 3.0, true);
         let originals = [fragments(0.0), fragments(0.3), fragments(0.6)];
         let (before, _) = rebuild(histories(&originals), None, &learner, &decisions).unwrap();

@@ -55,7 +55,10 @@ impl HmmParameters {
     /// [`HmmError::Parameter`] for the first parameter that is out of its range.
     pub fn check(&self) -> Result<(), HmmError> {
         let positive = |value: f64| value.is_finite() && value > 0.0;
-        let least = self.rotation_floor.into_iter().fold(f64::INFINITY, |least, floor| if floor > least { least } else { floor });
+        let least = self
+            .rotation_floor
+            .into_iter()
+            .fold(f64::INFINITY, |least, floor| if floor > least { least } else { floor });
         let rules = [
             ("position_floor", self.position_floor, positive(self.position_floor), "must be above 0"),
             ("rotation_floor", least, positive(least), "must be above 0"),
