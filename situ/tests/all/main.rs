@@ -11,5 +11,6 @@ mod methods;
 mod reference;
 mod refinement;
 mod refusals;
+mod small_cases;
 mod structure;
 mod update;
