@@ -24,6 +24,7 @@ use situ::segmentation::by_reference_object;
 use situ::state::State;
 use situ::task_model::TaskModel;
 use situ::trace::Counters;
+use situ::trail::{StepEnd, TrailStep};
 
 /// A primitive of the transcription.
 #[derive(Clone, Debug, PartialEq)]
@@ -282,7 +283,11 @@ proptest! {
             let shown = demonstration(words, *end);
             let mut listing = Listing::of(&model, &learner);
             listing.situ(last, model.origin(last).unwrap(), &shown);
-            model = folded(Correction::after(last, &shown), &model, &learner, &Decisions::literal()).0;
+            // The listing does not ask what the robot was doing, or in which state it began that.
+            let (node, state) = (model.nodes().next().unwrap().0, State::new([words[0].3]));
+            let trail = [TrailStep { state, node, end: StepEnd::Interrupted }];
+            let correction = Correction { interrupted: Some(node), trail: &trail, ..Correction::after(last, &shown) };
+            model = folded(correction, &model, &learner, &Decisions::literal()).0;
             assert_same(&model, &listing);
         }
     }

@@ -14,3 +14,4 @@ mod refusals;
 mod small_cases;
 mod structure;
 mod update;
+mod ways;

@@ -200,12 +200,16 @@ fn a_noisy_retry_of_what_ran_last_is_an_edge() {
 fn a_state_that_begins_what_was_dropped_begins_nothing_else() {
     let (robot, pick, place) = pick_and_place();
     let trail = [(pick, [0.0, 0.0], Finished), (place, [1.0, 0.0], Interrupted)];
-    let (after, made, _) = robot.corrected(&trail, &[(0, 0.04, [0.3, 0.5]), (1, 0.0, [1.0, 0.0])], None, &MENDED);
-    assert_eq!((made.edit(), after.model.len()), (Edit::EdgeAddition, 2));
-    assert_eq!(after.children(z(pick)), [z(pick), z(place)].into());
-    let shown = [0, 1, 2, 3].map(|demonstration| SampleId::Start(id(demonstration, 0)));
-    assert_eq!(*after.positives(pick), shown.into(), "the hand was full where the robot began to place");
-    assert_eq!((after.next(z(pick), [0.3, 0.5]), after.next(z(pick), [1.0, 0.0])), (z(pick), z(place)));
+    // Obedience would hide it: the pick would be chosen with a full hand, and lose that positive again.
+    for decisions in [MENDED, Decisions { obey: false, ..MENDED }] {
+        let (after, made, _) =
+            robot.corrected(&trail, &[(0, 0.04, [0.3, 0.5]), (1, 0.0, [1.0, 0.0])], None, &decisions);
+        assert_eq!((made.edit(), after.model.len()), (Edit::EdgeAddition, 2));
+        assert_eq!(after.children(z(pick)), [z(pick), z(place)].into());
+        let shown = [0, 1, 2, 3].map(|demonstration| SampleId::Start(id(demonstration, 0)));
+        assert_eq!(*after.positives(pick), shown.into(), "the hand was full where the robot began to place");
+        assert_eq!((after.next(z(pick), [0.3, 0.5]), after.next(z(pick), [1.0, 0.0])), (z(pick), z(place)));
+    }
 }
 
 /// Two things are placed; after the first a post stands there, which the state shows.

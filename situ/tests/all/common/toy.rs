@@ -111,7 +111,7 @@ impl Learner for Toy {
         negatives: &[&State],
         _: &mut Counters,
     ) -> Result<Nearest, SituError> {
-        let owned = |states: &[&State]| states.iter().map(|state| State::clone(state)).collect();
+        let owned = |states: &[&State]| states.iter().copied().cloned().collect();
         Ok(Nearest { positives: owned(positives), negatives: owned(negatives) })
     }
 
