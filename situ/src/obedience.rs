@@ -57,13 +57,20 @@ impl<L: Learner> Update<'_, L> {
         self.model.most_probable_child(lesson.after, self.model.state(lesson.state)).map(|(place, _)| place)
     }
 
+    /// Retires what stands in the way of a lesson. Where it does not obey all the same, nothing stays retired for it.
     fn make_obey(&mut self, lesson: Lesson, demonstration: u32) -> Result<(), SituError> {
+        let mut retired: Vec<(Place, SampleId)> = Vec::new();
         while let Some(chosen) = self.chosen(lesson).filter(|chosen| *chosen != lesson.shown) {
-            let Some(sample) = self.to_retire(lesson, chosen, demonstration) else { return Ok(()) };
+            let Some(sample) = self.to_retire(lesson, chosen, demonstration) else {
+                retired.iter().for_each(|(place, sample)| self.model.reinstate(*place, *sample));
+                let places = retired.into_iter().map(|(place, _)| place).collect();
+                return self.model.fit_classifiers(self.learner, &places, &mut self.counters);
+            };
             self.model.retire(chosen, sample);
-            self.obedience.retired += 1;
+            retired.push((chosen, sample));
             self.model.fit_classifiers(self.learner, &[chosen].into(), &mut self.counters)?;
         }
+        self.obedience.retired += retired.len() as u32;
         Ok(())
     }
 

@@ -65,7 +65,9 @@ fn a_comparison_allocates_nothing() {
     let segments: Vec<Segment> = (0..20).flat_map(|_| sequences()).map(|frames| segment(&frames)).collect();
     let allocations = |count: usize| {
         let some: Vec<&Segment> = segments[..count].iter().collect();
-        let cluster = || drop(learner.cluster(&some, &Calibration { cut: 5.0 }, &mut Counters::default()).unwrap());
+        let calibration = learner.calibrate(&[], &mut Counters::default()).unwrap();
+        let calibration = Calibration { cut: 5.0, ..calibration };
+        let cluster = || drop(learner.cluster(&some, &calibration, &mut Counters::default()).unwrap());
         measure(cluster).count_total
     };
     let (few, many) = (allocations(30), allocations(120));

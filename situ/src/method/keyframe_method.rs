@@ -321,8 +321,7 @@ impl Method for KeyframeMethod {
         demonstrations.iter().try_for_each(|demonstration| demonstration.check_features(schema.len()))?;
         demonstrations.iter().try_for_each(|demonstration| self.update.check(self.name, demonstration, None))?;
         if self.update != Update::Direct(Rule::Narrated) {
-            let parameters =
-                if self.has_own_original { (self.parameters)() } else { KeyframeParameters::default() };
+            let parameters = if self.has_own_original { (self.parameters)() } else { KeyframeParameters::default() };
             return KeyframeAutomaton::learn_by(parameters, schema, demonstrations, seed).map(Original::Keyframe);
         }
         let model = Arc::new(direct::named_automaton(schema, demonstrations)?);

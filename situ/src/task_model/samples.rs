@@ -48,6 +48,13 @@ impl<L: Learner> TaskModel<L> {
         }
     }
 
+    /// Gives a positive back that was retired.
+    pub fn reinstate(&mut self, place: Place, sample: SampleId) {
+        if let Some(samples) = self.samples_mut(place) {
+            samples.positives.insert(sample);
+        }
+    }
+
     /// The place that a robot came from to the state of a sample.
     pub fn before(&self, sample: SampleId) -> Option<Place> {
         let node = |segment: SegmentId| self.node_of(segment).map(Place::Node);

@@ -1,4 +1,5 @@
 //! Each decision about the structure of an update, pinned: what `situ` does, and what the listing does in its place.
+//! Those about ways, D18 to D23, are in [`crate::ways`].
 //!
 //! The learner is the one on a line. It is plain to see which policies are one, so only Algorithms 1 and 2 are at work.
 
@@ -6,50 +7,86 @@ use std::collections::BTreeSet;
 
 use crate::common::structure::check;
 use crate::common::toy::Toy;
-use crate::common::{folded, histories, spelt};
+use crate::common::{corrective, folded, histories, spelt};
 use situ::correction::Correction;
-use situ::decisions::{Background, Candidates, Decisions, Modify};
-use situ::method::rebuild::{rebuild, refit};
+use situ::decisions::{Background, Candidates, Decisions};
+use situ::method::rebuild::rebuild;
 use situ::place::{NodeId, Place, SampleId, SegmentId};
+use situ::state::State;
 use situ::task_model::TaskModel;
-use situ::trace::{Branch, MatchedIn, Step};
+use situ::trace::{Branch, MatchedIn, Step, Trace};
+use situ::trail::{StepEnd, TrailStep};
 
-const MENDED: Decisions = Decisions::mended();
+pub(crate) const MENDED: Decisions = Decisions::mended();
 
 /// Object, place along x, start state.
-type Word = (u8, f64, f64);
+pub(crate) type Word = (u8, f64, f64);
 
-fn id(demonstration: u32, index: u32) -> SegmentId {
+pub(crate) fn id(demonstration: u32, index: u32) -> SegmentId {
     SegmentId { demonstration, index }
 }
 
-fn start(demonstration: u32, index: u32) -> SampleId {
+pub(crate) fn start(demonstration: u32, index: u32) -> SampleId {
     SampleId::Start(id(demonstration, index))
 }
 
 /// A model of originals, each with its final state if it was carried on to the end.
-fn taught(originals: &[(&[Word], Option<f64>)], width: f64) -> (TaskModel<Toy>, Toy) {
-    let learner = Toy { taught: width, found: 2.0 };
+pub(crate) fn taught(originals: &[(&[Word], Option<f64>)], width: f64) -> (TaskModel<Toy>, Toy) {
+    let learner = Toy::on_a_line(width);
     let shown: Vec<_> = originals.iter().map(|(words, end)| spelt(words, end.unwrap_or(0.0), end.is_some())).collect();
     (rebuild(histories(&shown), None, &learner, &MENDED).unwrap().0, learner)
 }
 
 /// A model after a correction that began where this segment's node had run, and the correction's steps.
-fn corrected(
+pub(crate) fn corrected(
     (model, learner): &(TaskModel<Toy>, Toy),
     after: Option<SegmentId>,
     words: &[Word],
     end: Option<f64>,
     decisions: Decisions,
 ) -> (TaskModel<Toy>, Vec<Step>) {
-    let last = after.map_or(Place::Start, |segment| Place::Node(model.node_of(segment).unwrap()));
-    let shown = spelt(words, end.unwrap_or(0.0), end.is_some());
-    let (after, trace) = folded(Correction::after(last, &shown), model, learner, &decisions);
-    check(&after, decisions.subtract_own_positives);
+    let (after, trace) = given(&(model, learner), after, &Before::default(), words, end, decisions);
     (after, trace.steps)
 }
 
-fn node(model: &TaskModel<Toy>, segment: SegmentId) -> NodeId {
+/// What happened before a correction: what was interrupted, and the choices, each with its state and how it ended.
+#[derive(Clone, Default)]
+pub(crate) struct Before {
+    pub(crate) interrupted: Option<NodeId>,
+    pub(crate) trail: Vec<(NodeId, f64, StepEnd)>,
+}
+
+impl Before {
+    /// These choices, of which the last was interrupted.
+    pub(crate) fn interrupted(trail: &[(NodeId, f64)]) -> Self {
+        let (last, others) = trail.split_last().unwrap();
+        let mut trail: Vec<_> = others.iter().map(|(node, state)| (*node, *state, StepEnd::Finished)).collect();
+        trail.push((last.0, last.1, StepEnd::Interrupted));
+        Self { interrupted: Some(last.0), trail }
+    }
+}
+
+/// The same as [`corrected`], for a robot that knows what it did; and the whole trace.
+pub(crate) fn given(
+    (model, learner): &(&TaskModel<Toy>, &Toy),
+    after: Option<SegmentId>,
+    before: &Before,
+    words: &[Word],
+    end: Option<f64>,
+    decisions: Decisions,
+) -> (TaskModel<Toy>, Trace) {
+    let shown = corrective(words, end.unwrap_or(0.0), end.is_some());
+    let step =
+        |(node, state, end): &(NodeId, f64, StepEnd)| TrailStep { state: State::new([*state]), node: *node, end: *end };
+    let trail: Vec<TrailStep> = before.trail.iter().map(step).collect();
+    let last = after.map_or(Place::Start, |segment| Place::Node(model.node_of(segment).unwrap()));
+    let correction = Correction { interrupted: before.interrupted, trail: &trail, ..Correction::after(last, &shown) };
+    let (after, trace) = folded(correction, model, learner, &decisions);
+    check(&after, &decisions);
+    (after, trace)
+}
+
+pub(crate) fn node(model: &TaskModel<Toy>, segment: SegmentId) -> NodeId {
     model.node_of(segment).unwrap()
 }
 
@@ -58,9 +95,9 @@ fn negatives(model: &TaskModel<Toy>, segment: SegmentId) -> &BTreeSet<SampleId> 
 }
 
 /// The letters a, b, c stand for objects, each with one skill at x = 0; its start state is the number given.
-const A: Word = (0, 0.0, 0.0);
-const B: Word = (1, 0.0, 1.0);
-const C: Word = (2, 0.0, 2.0);
+pub(crate) const A: Word = (0, 0.0, 0.0);
+pub(crate) const B: Word = (1, 0.0, 1.0);
+pub(crate) const C: Word = (2, 0.0, 2.0);
 
 #[test]
 fn d1_a_primitive_is_no_counterexample_of_itself() {
@@ -153,21 +190,30 @@ fn d9_what_ran_last_may_be_merged_away() {
 
 #[test]
 fn d10_a_skill_in_a_new_state_is_found_by_its_object() {
-    let model = taught(&[(&[A, B, C], Some(3.0))], 2.0);
-    // No classifier is activated so far away.
+    // Two skills on the last object.
+    let model = taught(&[(&[A, B, C, A, (2, 50.0, 4.0)], Some(5.0))], 2.0);
+    // No classifier is activated so far away. The likeliest of the object is the other skill, and then comes C.
     let far = (2, 0.0, 50.0);
     let (after, steps) = corrected(&model, Some(id(0, 0)), &[far], None, MENDED);
-    assert_eq!((steps[0].applicable.len(), steps[0].matched_in, steps[0].candidates), (0, MatchedIn::Reference, 1));
-    assert_eq!((after.len(), after.node_of(id(1, 0))), (3, model.0.node_of(id(0, 2))), "an edge to C");
+    let other = node(&model.0, id(0, 4));
+    assert_eq!(steps[0].applicable, [other]);
+    assert_eq!((steps[0].matched_in, steps[0].candidates), (MatchedIn::Reference, 2));
+    assert_eq!((after.len(), after.node_of(id(1, 0))), (4, model.0.node_of(id(0, 2))), "an edge to C");
     let printed = Decisions { candidates: Candidates::Applicable, ..MENDED };
     let (after, steps) = corrected(&model, Some(id(0, 0)), &[far], None, printed);
     assert_eq!((steps[0].matched_in, steps[0].branch), (MatchedIn::None, Branch::New));
-    assert_eq!(after.len(), 4, "as printed the skill is doubled");
+    assert_eq!(after.len(), 5, "as printed the skill is doubled");
     let (_, steps) = corrected(&model, Some(id(0, 0)), &[C], None, MENDED);
     assert_eq!((steps[0].matched_in, steps[0].candidates), (MatchedIn::Index, 1));
     let all = Decisions { candidates: Candidates::All, ..MENDED };
     let (_, steps) = corrected(&model, Some(id(0, 0)), &[far], None, all);
-    assert_eq!((steps[0].matched_in, steps[0].candidates), (MatchedIn::Index, 3));
+    assert_eq!((steps[0].matched_in, steps[0].candidates), (MatchedIn::Index, 4));
+    // Where the robot last chose what it should not have done, C is applicable.
+    let b = node(&model.0, id(0, 1));
+    let before = Before::interrupted(&[(node(&model.0, id(0, 0)), 0.0), (b, 2.0)]);
+    let (_, trace) = given(&(&model.0, &model.1), Some(id(0, 0)), &before, &[far], None, MENDED);
+    let c = node(&model.0, id(0, 2));
+    assert_eq!((&trace.steps[0].applicable[..], trace.steps[0].matched_in), (&[c][..], MatchedIn::Index));
 }
 
 #[test]
@@ -184,83 +230,4 @@ fn d11_only_what_is_carried_on_ends_the_task() {
     assert!(after.children(b).eq([Place::End]));
     let state = after.state(SampleId::Final(1)).clone();
     assert_eq!(after.most_probable_child(b, &state).unwrap().0, Place::End);
-}
-
-#[test]
-fn d18_an_unmatched_segment_replaces_the_policy_that_would_have_run() {
-    let model = taught(&[(&[A, B, C], Some(3.0)), (&[A, B, C], Some(3.0))], 2.0);
-    let rule = Modify { min_probability: 0.5, max_distance: 8.0, min_displacement: 5.0 };
-    let modify = |rule| Decisions { modify: rule, ..MENDED };
-    let moved = [(1, 6.0, 1.0)];
-    let (after, steps) = corrected(&model, Some(id(0, 0)), &moved, None, modify(Some(rule)));
-    assert_eq!((steps[0].branch, steps[0].matched_in, after.len()), (Branch::Modify, MatchedIn::None, 3));
-    let b = after.node(node(&after, id(0, 1))).unwrap();
-    assert_eq!(b.policy_segments, BTreeSet::from([id(2, 0)]));
-    assert_eq!(b.policy.x, 6.0, "the old variant is forgotten");
-    assert_eq!(b.segments, BTreeSet::from([id(0, 1), id(1, 1), id(2, 0)]), "its states are kept");
-    // A refit keeps what a modification replaced; forgetting would be undone by the next update.
-    let (refitted, _) = refit(after.clone(), &model.1, &MENDED).unwrap();
-    assert_eq!(refitted.node(node(&after, id(0, 1))).unwrap().policy.x, 6.0);
-    check(&refitted, true);
-
-    // Beyond the cut and not far away all the same: noise, and one instance more.
-    let near = Modify { min_displacement: 6.1, ..rule };
-    let (after, steps) = corrected(&model, Some(id(0, 0)), &moved, None, modify(Some(near)));
-    assert_eq!((steps[0].branch, steps[0].matched_in, after.len()), (Branch::Existing, MatchedIn::None, 3));
-    assert_eq!(after.node(node(&after, id(0, 1))).unwrap().policy.x, 2.0, "the mean of 0, 0 and 6");
-
-    // Each condition alone keeps the old variant: the switch, the object, the state, the distance.
-    let refused: [(Option<Modify>, Word); 4] = [
-        (None, moved[0]),
-        (Some(rule), (2, 6.0, 1.0)),
-        (Some(Modify { min_probability: 0.9, ..rule }), (1, 6.0, 2.0)),
-        (Some(Modify { max_distance: 5.0, ..rule }), moved[0]),
-    ];
-    for (rule, word) in refused {
-        let (after, steps) = corrected(&model, Some(id(0, 0)), &[word], None, modify(rule));
-        assert_eq!((steps[0].branch, after.len()), (Branch::New, 4), "{rule:?} {word:?}");
-        assert_eq!(after.node(node(&after, id(0, 1))).unwrap().policy.x, 0.0);
-    }
-}
-
-#[test]
-fn d18_a_match_far_from_the_policy_replaces_it_and_so_does_another_way_of_what_ran_last() {
-    let model = taught(&[(&[A, B, C], Some(3.0)), (&[A, B, C], Some(3.0))], 2.0);
-    let rule = |min_displacement| Some(Modify { min_probability: 0.5, max_distance: 8.0, min_displacement });
-    let modify = |rule| Decisions { modify: rule, ..MENDED };
-    // Within the cut: averaged, or taken for the policy.
-    let near = [(1, 1.5, 1.0)];
-    let policy = |rule| {
-        let (after, steps) = corrected(&model, Some(id(0, 0)), &near, None, modify(rule));
-        (steps[0].branch, after.len(), after.node(node(&after, id(0, 1))).unwrap().policy.x)
-    };
-    assert_eq!(policy(rule(1.0)), (Branch::Modify, 3, 1.5));
-    assert_eq!(policy(rule(1.6)), (Branch::Existing, 3, 0.5));
-    assert_eq!(policy(None), (Branch::Existing, 3, 0.5));
-    // What ran last, shown in another way from a state in which it would not begin.
-    let (after, steps) = corrected(&model, Some(id(0, 1)), &[(1, 6.0, 2.5)], None, modify(rule(5.0)));
-    assert_eq!((steps[0].branch, after.len()), (Branch::Modify, 3));
-    assert_eq!(after.node(node(&after, id(0, 1))).unwrap().policy.x, 6.0);
-}
-
-#[test]
-fn d18_what_was_interrupted_is_the_first_to_be_shown_another_way() {
-    let model = taught(&[(&[A, B, C], Some(3.0)), (&[A, B, C], Some(3.0))], 2.0);
-    let rule = Modify { min_probability: 0.5, max_distance: 8.0, min_displacement: 5.0 };
-    let decisions = Decisions { modify: Some(rule), ..MENDED };
-    let (a, b) = (node(&model.0, id(0, 0)), node(&model.0, id(0, 1)));
-    // Half way through B the world looks like nothing in which B begins; another segment of the correction comes after
-    // it.
-    let shown = spelt(&[(1, 6.0, 40.0), (2, 6.0, 41.0)], 0.0, false);
-    let correct = |interrupted| {
-        let correction = Correction { interrupted, ..Correction::after(Place::Node(a), &shown) };
-        folded(correction, &model.0, &model.1, &decisions)
-    };
-    let branches = |interrupted| correct(interrupted).1.steps.iter().map(|step| step.branch).collect::<Vec<_>>();
-    assert_eq!(branches(None), [Branch::New, Branch::New]);
-    assert_eq!(branches(Some(b)), [Branch::Modify, Branch::New], "what comes later was not interrupted");
-    assert_eq!(branches(Some(a)), [Branch::New, Branch::New], "another object is no other way");
-    let (after, _) = correct(Some(b));
-    check(&after, true);
-    assert_eq!(after.node(b).unwrap().policy.x, 6.0);
 }

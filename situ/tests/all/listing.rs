@@ -24,6 +24,7 @@ use situ::segmentation::by_reference_object;
 use situ::state::State;
 use situ::task_model::TaskModel;
 use situ::trace::Counters;
+use situ::trail::{StepEnd, TrailStep};
 
 /// A primitive of the transcription.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,7 +62,10 @@ impl Listing {
         let primitive = |(id, node): (NodeId, &situ::task_model::Node<Toy>)| {
             let primitive = Primitive {
                 data: node.segments.clone(),
-                policy: node.policy.clone(),
+                policy: {
+                    let [way] = &node.ways[..] else { panic!("the listing knows one way") };
+                    way.policy.clone()
+                },
                 positives: node.samples.positives.clone(),
                 negatives: node.samples.negatives.clone(),
                 classifier: node.classifier.clone(),
@@ -92,6 +96,7 @@ impl Listing {
         match sample {
             SampleId::Start(id) => &self.segment(id).start,
             SampleId::Final(index) => &self.traversals[index as usize].last,
+            SampleId::Chosen { .. } => panic!("the listing knows no trail"),
         }
     }
 
@@ -115,7 +120,7 @@ impl Listing {
 
     fn fit_policy(&self, data: &BTreeSet<SegmentId>) -> Line {
         let data: Vec<&Segment> = data.iter().map(|id| self.segment(*id)).collect();
-        self.learner.fit_policy(&data, &mut Counters::default()).unwrap()
+        self.learner.fit_policy(&data, &(), &mut Counters::default()).unwrap()
     }
 
     fn fit_classifier(&self, p: &BTreeSet<SampleId>, n: &BTreeSet<SampleId>) -> Nearest {
@@ -196,7 +201,7 @@ impl Listing {
         let s = SampleId::Start(d);
         // Z_new ← Cluster(Z) and i ← Find-Policy(d, Π(Z_new)), in one.
         let own = self.fit_policy(&BTreeSet::from([d]));
-        let policies: Vec<&Line> = z_set.iter().map(|id| &self.nodes[id].policy).collect();
+        let policies: Vec<Vec<&Line>> = z_set.iter().map(|id| vec![&self.nodes[id].policy]).collect();
         let found = if policies.is_empty() {
             Default::default()
         } else {
@@ -270,7 +275,7 @@ proptest! {
         corrections in prop::collection::vec((words(3), any::<bool>(), any::<Option<Index>>()), 1..4),
         taught in prop_oneof![Just(0.05), Just(2.0)],
     ) {
-        let learner = Toy { taught, found: 2.0 };
+        let learner = Toy::on_a_line(taught);
         let originals: Vec<_> = originals.iter().map(|(words, end)| demonstration(words, *end)).collect();
         let (mut model, _) = rebuild(histories(&originals), None, &learner, &Decisions::mended()).unwrap();
         for (words, end, after) in &corrections {
@@ -278,7 +283,11 @@ proptest! {
             let shown = demonstration(words, *end);
             let mut listing = Listing::of(&model, &learner);
             listing.situ(last, model.origin(last).unwrap(), &shown);
-            model = folded(Correction::after(last, &shown), &model, &learner, &Decisions::literal()).0;
+            // The listing does not ask what the robot was doing, or in which state it began that.
+            let (node, state) = (model.nodes().next().unwrap().0, State::new([words[0].3]));
+            let trail = [TrailStep { state, node, end: StepEnd::Interrupted }];
+            let correction = Correction { interrupted: Some(node), trail: &trail, ..Correction::after(last, &shown) };
+            model = folded(correction, &model, &learner, &Decisions::literal()).0;
             assert_same(&model, &listing);
         }
     }

@@ -11,5 +11,7 @@ mod methods;
 mod reference;
 mod refinement;
 mod refusals;
+mod small_cases;
 mod structure;
 mod update;
+mod ways;

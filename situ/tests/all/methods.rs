@@ -38,7 +38,7 @@ fn taught(method: &dyn Method, task: &Task) -> Box<dyn Learned> {
 }
 
 /// What can be asked of a model at any time.
-fn check(name: &str, model: &dyn Learned) {
+fn check(name: &str, model: &dyn Learned, state: &State) {
     let graph = model.graph();
     assert!(!graph.nodes.is_empty(), "{name}");
     let ids: BTreeSet<NodeId> = graph.nodes.iter().map(|node| node.id).collect();
@@ -55,8 +55,16 @@ fn check(name: &str, model: &dyn Learned) {
     for node in &graph.nodes {
         assert!(dot.contains(&format!("  {} [shape=box", node.id)), "{name}: {dot}");
         assert!(graph.edges.iter().any(|(_, to)| *to == Place::Node(node.id)), "{name}: {} is out of reach", node.id);
-        for execution in [Execution::Mean, Execution::Sample] {
-            let draw = |seed| model.keyframes(node.id, execution, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap();
+        let ways = model.ways(node.id, state);
+        let numbers: BTreeSet<usize> = ways.iter().copied().collect();
+        assert!(
+            numbers.into_iter().eq(0..ways.len()) && !ways.is_empty(),
+            "{name}: ways are numbered through, {ways:?}"
+        );
+        assert_eq!(ways.len(), node.paths.len(), "{name}: a path for each way");
+        let executions = ways.iter().flat_map(|way| [(*way, Execution::Mean), (*way, Execution::Sample)]);
+        for (way, execution) in executions {
+            let draw = |seed| model.keyframes(node.id, way, execution, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap();
             let (reference, keyframes) = draw(1);
             assert_eq!(reference, node.reference, "{name}");
             assert!(!keyframes.is_empty(), "{name}: {} does nothing", node.id);
@@ -72,8 +80,13 @@ fn check(name: &str, model: &dyn Learned) {
         }
     }
     assert_eq!(drawn, name != REPLAYS, "{name}: samples are the same for every seed");
+    for place in ids.iter().map(|id| Place::Node(*id)).chain([Place::Start]) {
+        let ranked = model.ranked(place, state);
+        assert_eq!(ranked.first().copied(), model.next(place, state), "{name}: the first is the next");
+        assert!(ranked.is_sorted_by(|one, other| one.1 >= other.1), "{name}: {ranked:?}");
+    }
     let stranger = ids.last().map(|id| NodeId(id.0 + 1)).unwrap();
-    let asked = model.keyframes(stranger, Execution::Mean, &mut ChaCha8Rng::seed_from_u64(0));
+    let asked = model.keyframes(stranger, 0, Execution::Mean, &mut ChaCha8Rng::seed_from_u64(0));
     assert_eq!(asked, Err(SituError::UnknownNode(stranger)), "{name}");
 }
 
@@ -134,7 +147,7 @@ fn names_are_unique_and_described() {
     let methods = all();
     let names: BTreeSet<&str> = methods.iter().map(|method| method.name()).collect();
     let summaries: BTreeSet<&str> = methods.iter().map(|method| method.summary()).collect();
-    assert_eq!((names.len(), summaries.len()), (33, 33), "33 methods, each with a name and a summary of its own");
+    assert_eq!((names.len(), summaries.len()), (38, 38), "38 methods, each with a name and a summary of its own");
     for method in &methods {
         assert!(method.summary().len() > 20 && !method.source().is_empty(), "{}", method.name());
         assert_eq!(named(method.name()).unwrap().summary(), method.summary());
@@ -157,7 +170,7 @@ fn every_method_teaches_corrects_and_repeats_itself() {
             assert!(does, "{name}: it does what it was shown");
             let mut states = vec![model.to_json()];
             for (draw, (planted, end)) in (0..).zip(CORRECTIONS) {
-                check(name, &*model);
+                check(name, &*model, &shown.keyframes()[0].state);
                 let (graph, json) = (model.graph(), model.to_json());
                 let correction = task.correction(planted, draw, CAREFUL, end);
                 let last = correction.last_in(&graph);
@@ -190,7 +203,7 @@ fn every_method_teaches_corrects_and_repeats_itself() {
                 assert!(method.edits().contains(&made), "{name}: {made} is none of its edits");
                 states.push(serde_json::json!([model.to_json(), trace]));
             }
-            check(name, &*model);
+            check(name, &*model, &shown.keyframes()[0].state);
             states
         };
         assert_eq!(run(), run(), "{name}: the same demonstrations and seed, the same model");
@@ -322,8 +335,8 @@ fn methods_of_one_original_start_alike() {
         let next: Vec<_> = next.into_iter().map(|(place, state)| model.next(place, state)).collect();
         let draw = |node: &GraphNode| {
             let draw =
-                |seed| model.keyframes(node.id, Execution::Sample, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap();
-            (model.keyframes(node.id, Execution::Mean, &mut ChaCha8Rng::seed_from_u64(0)).unwrap(), draw(1), draw(2))
+                |execution, seed| model.keyframes(node.id, 0, execution, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap();
+            (draw(Execution::Mean, 0), draw(Execution::Sample, 1), draw(Execution::Sample, 2))
         };
         let executed: Vec<_> = graph.nodes.iter().map(draw).collect();
         let original = (graph.clone(), next, executed);

@@ -5,19 +5,20 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use crate::common::toy::{Line, Nearest, Toy};
-use crate::common::{histories, spelt};
+use crate::common::{corrective, histories, spelt};
 use situ::correction::Correction;
-use situ::decisions::Decisions;
+use situ::decisions::{Decisions, Ways};
 use situ::demonstration::{Demonstration, Gripper, Keyframe, Kind, Pose};
 use situ::error::SituError;
 use situ::fold::situ;
 use situ::method::rebuild::rebuild;
-use situ::place::{NodeId, Place};
+use situ::place::{NodeId, Place, SegmentId};
 use situ::primitive::{Clustering, Learner};
 use situ::segment::Segment;
 use situ::state::{Feature, Schema, State};
 use situ::task_model::TaskModel;
 use situ::trace::{Branch, Counters};
+use situ::trail::{StepEnd, TrailStep};
 
 fn feature(name: &str, scale: f64) -> Feature {
     Feature { name: name.to_owned(), scale }
@@ -95,7 +96,7 @@ fn demonstrations() {
 
 #[test]
 fn places_that_cannot_have_run() {
-    let learner = Toy { taught: 2.0, found: 2.0 };
+    let learner = Toy::on_a_line(2.0);
     let decisions = Decisions::mended();
     let shown = spelt(&[(0, 0.0, 0.0)], 1.0, true);
     let (model, _) = rebuild(histories(std::slice::from_ref(&shown)), None, &learner, &decisions).unwrap();
@@ -126,9 +127,9 @@ impl Learner for Refusing {
     type Classifier = Nearest;
     type Calibration = ();
 
-    fn fit_policy(&self, segments: &[&Segment], counters: &mut Counters) -> Result<Line, SituError> {
+    fn fit_policy(&self, segments: &[&Segment], (): &(), counters: &mut Counters) -> Result<Line, SituError> {
         self.ask()?;
-        self.learner.fit_policy(segments, counters)
+        self.learner.fit_policy(segments, &(), counters)
     }
 
     fn fit_classifier(
@@ -144,7 +145,7 @@ impl Learner for Refusing {
     fn cluster_and_find(
         &self,
         own: &Line,
-        candidates: &[&Line],
+        candidates: &[Vec<&Line>],
         among: &[f64],
         calibration: &(),
         counters: &mut Counters,
@@ -169,6 +170,10 @@ impl Learner for Refusing {
         self.learner.cluster(segments, calibration, counters)
     }
 
+    fn scales(&self) -> &[f64] {
+        self.learner.scales()
+    }
+
     fn path(&self, policy: &Line) -> Vec<Pose> {
         self.learner.path(policy)
     }
@@ -179,7 +184,7 @@ impl Learner for Refusing {
 #[test]
 fn a_correction_is_folded_in_whole_or_not_at_all() {
     for decisions in [Decisions::mended(), Decisions::literal()] {
-        let learner = Refusing { learner: Toy { taught: 0.05, found: 2.0 }, left: Rc::new(Cell::new(u32::MAX)) };
+        let learner = Refusing { learner: Toy::on_a_line(0.05), left: Rc::new(Cell::new(u32::MAX)) };
         let fragments = |x: f64| spelt(&[(0, x, 0.0), (1, x, 1.0), (2, x, 2.0)], 3.0, true);
         let originals = [fragments(0.0), fragments(0.3), fragments(0.6)];
         let (before, _) = rebuild(histories(&originals), None, &learner, &decisions).unwrap();
@@ -197,4 +202,39 @@ fn a_correction_is_folded_in_whole_or_not_at_all() {
         assert!(refused > 10, "{refused} places of refusal");
         assert!(model == whole, "after {refused} refusals");
     }
+}
+
+/// The same for a correction that adds a way, drops another, counts a choice of the rollout, retires a positive, and
+/// ends at END.
+#[test]
+fn ways_and_retired_positives_come_back() {
+    let decisions = Decisions { ways: Ways::Keep(2), ..Decisions::mended() };
+    let learner = Refusing { learner: Toy::on_a_line(2.0), left: Rc::new(Cell::new(u32::MAX)) };
+    let original = |c: f64| spelt(&[(0, 0.0, 0.0), (1, 0.0, 1.0), (2, 0.0, c)], 3.0, true);
+    let originals = [original(2.0), original(2.5)];
+    let (mut before, _) = rebuild(histories(&originals), None, &learner, &decisions).unwrap();
+    let [a, b] = [0, 1].map(|index| before.node_of(SegmentId { demonstration: 0, index }).unwrap());
+    let correct = |model: &mut TaskModel<Refusing>, failed: f64, words: &[(u8, f64, f64)], end: bool| {
+        let step = |node, state: f64, end| TrailStep { state: State::new([state]), node, end };
+        let trail = [step(a, 0.0, StepEnd::Finished), step(b, failed, StepEnd::Interrupted)];
+        let shown = corrective(words, 3.0, end);
+        let correction =
+            Correction { interrupted: Some(b), trail: &trail, ..Correction::after(Place::Node(a), &shown) };
+        situ(correction, model, &learner, &decisions)
+    };
+    correct(&mut before, 5.0, &[(1, 10.0, 40.0)], false).unwrap();
+    let correct = |model: &mut TaskModel<Refusing>, fits| {
+        learner.left.set(fits);
+        // After B in the state in which C began: the first in order is C.
+        correct(model, 8.0, &[(1, 20.0, 40.0), (3, 0.0, 2.0)], true)
+    };
+    let mut whole = before.clone();
+    let expected = correct(&mut whole, u32::MAX).unwrap();
+    assert_eq!((expected.steps[0].branch, expected.obedience.retired), (Branch::Modify, 1));
+    let ways = &whole.node(b).unwrap().ways;
+    assert_eq!(ways.iter().map(|way| way.policy.x).collect::<Vec<_>>(), [0.0, 20.0]);
+    let mut model = before.clone();
+    let refused = (0..).take_while(|fits| correct(&mut model, *fits).is_err() && model == before).count();
+    assert!(refused > 5, "{refused} places of refusal");
+    assert!(model == whole, "after {refused} refusals");
 }

@@ -40,7 +40,7 @@ fn graph(nodes: &[&[(u32, u32)]], edges: &[(Place, Place)], lengths: &[Vec<usize
             .iter()
             .map(|(demonstration, index)| SegmentId { demonstration: *demonstration, index: *index })
             .collect(),
-        path: Vec::new(),
+        paths: vec![Vec::new()],
     };
     Graph { nodes: (0..).zip(nodes).map(node).collect(), edges: edges.to_vec(), lengths: lengths.to_vec() }
 }

@@ -6,14 +6,15 @@
 use std::collections::BTreeSet;
 use std::fmt::Debug;
 
-use crate::common::structure::check;
+use crate::common::known::{a_new_way_changes_no_other, obeys, ways_keep_what_they_know};
+use crate::common::structure::{check, retired};
 use crate::common::toy::Toy;
-use crate::common::{CAREFUL, EXACT, Noise, Planted, Task, folded, histories, spelt};
+use crate::common::{CAREFUL, EXACT, Noise, Planted, Task, folded, histories, written};
 use proptest::prelude::*;
 use proptest::sample::Index;
 use situ::correction::Correction;
-use situ::decisions::{Candidates, Decisions};
-use situ::demonstration::Demonstration;
+use situ::decisions::{Candidates, Decisions, Limit, Modify, Ways};
+use situ::demonstration::{Demonstration, Kind};
 use situ::edit::{Edit, difference};
 use situ::graph::Graph;
 use situ::keyframe::parameters::{Divergence, KeyframeParameters};
@@ -26,18 +27,75 @@ use situ::segmentation::by_reference_object;
 use situ::state::State;
 use situ::task_model::TaskModel;
 use situ::trace::{Branch, Counters, MatchedIn, Trace};
+use situ::trail::{StepEnd, TrailStep};
 use situ::update::Update;
 
 /// A segment to be: object, site on it, where about the site, and the state in which it begins.
-type Word = (u8, u8, f64, f64);
+type Word = (u8, u8, f64, [f64; 2]);
 
-fn words(longest: usize) -> impl Strategy<Value = Vec<Word>> {
-    prop::collection::vec((0_u8..3, 0_u8..4, -0.6..0.6, 0.0..8.0), 1..=longest)
+/// Some states look alike, number for number.
+fn state() -> impl Strategy<Value = [f64; 2]> {
+    let number = || prop_oneof![3 => (0_u8..3).prop_map(f64::from), 1 => 0.0..8.0];
+    (number(), (0_u8..2).prop_map(f64::from)).prop_map(<[f64; 2]>::from)
 }
 
-fn demonstration(words: &[Word], carried_to_end: bool) -> Demonstration {
+fn words(longest: usize) -> impl Strategy<Value = Vec<Word>> {
+    prop::collection::vec((0_u8..3, 0_u8..4, -0.6..0.6, state()), 1..=longest)
+}
+
+fn demonstration(kind: Kind, words: &[Word], carried_to_end: bool) -> Demonstration {
     let spell = |(object, site, x, state): &Word| (*object, f64::from(*site) * 10.0 + x, *state);
-    spelt(&words.iter().map(spell).collect::<Vec<_>>(), 9.0, carried_to_end)
+    let announced = kind == Kind::Corrective;
+    written(kind, announced, &words.iter().map(spell).collect::<Vec<_>>(), [9.0, 0.0], carried_to_end)
+}
+
+/// A correction to be: what it shows, whether to the end, what ran last, what was interrupted, and the choices before.
+#[derive(Clone, Debug)]
+struct Given {
+    words: Vec<Word>,
+    carried_to_end: bool,
+    last: Option<Index>,
+    interrupted: Option<Index>,
+    trail: Vec<(Index, [f64; 2], StepEnd)>,
+}
+
+impl Given {
+    fn any() -> impl Strategy<Value = Self> {
+        let end = prop::sample::select(vec![StepEnd::Finished, StepEnd::Interrupted, StepEnd::Prevented]);
+        let trail = prop::collection::vec((any::<Index>(), state(), end), 0..4);
+        (words(3), any::<bool>(), any::<Option<Index>>(), any::<Option<Index>>(), trail).prop_map(
+            |(words, carried_to_end, last, interrupted, trail)| Self {
+                words,
+                carried_to_end,
+                last,
+                interrupted,
+                trail,
+            },
+        )
+    }
+
+    fn node(index: Index, model: &TaskModel<Toy>) -> NodeId {
+        model.nodes().nth(index.index(model.len())).unwrap().0
+    }
+
+    /// A model after this correction, and what was done.
+    fn to(&self, model: &TaskModel<Toy>, learner: &Toy, decisions: &Decisions) -> (TaskModel<Toy>, Trace) {
+        let step = |(node, state, end): &(Index, [f64; 2], StepEnd)| TrailStep {
+            state: State::new(*state),
+            node: Self::node(*node, model),
+            end: *end,
+        };
+        let trail: Vec<TrailStep> = self.trail.iter().map(step).collect();
+        let correction = Correction {
+            last: self.last.map_or(Place::Start, |last| Place::Node(Self::node(last, model))),
+            interrupted: self.interrupted.map(|node| Self::node(node, model)),
+            trail: &trail,
+            demonstration: &demonstration(Kind::Corrective, &self.words, self.carried_to_end),
+            oracle: None,
+        };
+        let (after, trace, _) = update(model, correction, learner, decisions);
+        (after, trace)
+    }
 }
 
 /// `situ`, the listing, and each switch that changes structure turned alone.
@@ -50,7 +108,21 @@ fn decisions() -> Vec<Decisions> {
         Decisions { merge_redundant: false, modify: None, ..mended },
         Decisions { candidates: Candidates::All, ..mended },
         Decisions { subtract_own_positives: false, ..mended },
+        Decisions::replacing(),
+        Decisions { follow: false, ..mended },
+        Decisions { ways: Ways::Keep(2), ..mended },
+        Decisions { obey: false, ..mended },
+        Decisions { trail: false, ..mended },
+        nearly(),
     ]
+}
+
+/// `situ` for a teacher to whom half a unit is far: matches are displaced, too.
+fn nearly() -> Decisions {
+    let mended = Decisions::mended();
+    let limit = Limit { metres: 0.5, scatters: 0.5 };
+    let modify = mended.modify.map(|rule| Modify { near: limit, far: limit, ..rule });
+    Decisions { modify, ..mended }
 }
 
 /// What Cluster may compare with the segment, or more.
@@ -93,11 +165,14 @@ fn asked<L: Learner>(model: &TaskModel<L>, state: &State) -> Vec<NodeId> {
 /// The distances that a model kept are those of its policies.
 fn nothing_kept_is_stale<L: Learner + Clone>(model: &TaskModel<L>, learner: &L) {
     let (ids, mut counters) = (model.nodes().map(|(id, _)| id).collect::<Vec<_>>(), Counters::default());
-    let policy = |id: NodeId| &model.node(id).unwrap().policy;
+    let policies = |id: &NodeId| model.node(*id).unwrap().policies();
     let mut fresh = Vec::new();
     for (index, lower) in ids.iter().enumerate() {
         for higher in &ids[index + 1..] {
-            fresh.push(learner.distance(policy(*lower), policy(*higher), Some(model.calibration()), &mut counters));
+            let pairs =
+                policies(lower).into_iter().flat_map(|one| policies(higher).into_iter().map(move |two| (one, two)));
+            let distance = |(one, two)| learner.distance(one, two, Some(model.calibration()), &mut counters);
+            fresh.push(pairs.map(distance).fold(f64::INFINITY, f64::min));
         }
     }
     let (mut first, mut again) = (Counters::default(), Counters::default());
@@ -154,19 +229,24 @@ fn order_does_not_matter<L: Learner + Clone>(
     assert_eq!(find(&z), expected);
 }
 
-/// Folds a demonstration in, and checks all that holds whatever the learner thinks.
+/// Folds a correction in, and checks all that holds whatever the learner thinks.
 fn update<L>(
     before: &TaskModel<L>,
-    last: Place,
-    shown: &Demonstration,
+    correction: Correction<'_>,
     learner: &L,
     decisions: &Decisions,
 ) -> (TaskModel<L>, Trace, usize)
 where
     L: Learner + Clone + Debug + PartialEq,
 {
-    let (after, trace) = folded(Correction::after(last, shown), before, learner, decisions);
-    check(&after, decisions.subtract_own_positives);
+    let (after, trace) = folded(correction, before, learner, decisions);
+    let (last, shown) = (correction.last, correction.demonstration);
+    check(&after, decisions);
+    obeys(&after, &trace, decisions);
+    ways_keep_what_they_know(&after, learner);
+    // A retired positive may be one of the trail.
+    let gone = retired(&after) - retired(before);
+    assert!(gone <= trace.obedience.retired as usize, "{gone} are gone, {:?}", trace.obedience);
     let segments = by_reference_object(shown);
     assert_eq!(trace.steps.len(), segments.len());
     let mut size = before.len();
@@ -185,10 +265,13 @@ where
 
     // Locality: one segment's update.
     let mut far = 0;
-    if segments.len() == 1 {
+    if let [step] = &trace.steps[..] {
         far = stays_local(before, &after, last, shown, decisions);
+        if step.branch == Branch::Modify {
+            a_new_way_changes_no_other(before, &after, step, decisions);
+        }
         let made = difference(&Graph::of(before, learner), &Graph::of(&after, learner));
-        let merged: usize = trace.steps[0].merged.iter().map(|(group, _)| group.len() - 1).sum();
+        let merged: usize = step.merged.iter().map(|(group, _)| group.len() - 1).sum();
         assert_eq!(made.nodes_merged, merged);
         order_does_not_matter(before, last, shown, learner, decisions);
         for model in [before, &after] {
@@ -203,22 +286,22 @@ where
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
 
-    /// Random words in random states: every branch, merges of `a` and of bystanders, modifications, corrections after
-    /// any node and after START, carried on to the end or not.
+    /// Random words in random states: every branch, merges of `a` and of bystanders, ways, corrections after any node
+    /// and after START, with any trail or none, carried on to the end or not.
     #[test]
     fn any_automaton_keeps_its_structure(
         originals in prop::collection::vec((words(5), any::<bool>()), 1..4),
-        corrections in prop::collection::vec((words(3), any::<bool>(), any::<Option<Index>>()), 1..4),
+        corrections in prop::collection::vec(Given::any(), 1..4),
         taught in prop_oneof![Just(0.05), Just(2.0)],
     ) {
-        let learner = Toy { taught, found: 2.0 };
-        let originals: Vec<_> = originals.iter().map(|(words, end)| demonstration(words, *end)).collect();
+        let learner = Toy { features: 2, ..Toy::on_a_line(taught) };
+        let originals: Vec<_> =
+            originals.iter().map(|(words, end)| demonstration(Kind::Original, words, *end)).collect();
         for decisions in decisions() {
             let (mut model, _) = rebuild(histories(&originals), None, &learner, &decisions).unwrap();
-            check(&model, decisions.subtract_own_positives);
-            for (words, end, after) in &corrections {
-                let last = after.map_or(Place::Start, |after| Place::Node(model.nodes().nth(after.index(model.len())).unwrap().0));
-                model = update(&model, last, &demonstration(words, *end), &learner, &decisions).0;
+            check(&model, &decisions);
+            for given in &corrections {
+                model = given.to(&model, &learner, &decisions).0;
             }
         }
     }
@@ -244,13 +327,13 @@ proptest! {
         for (decisions, parameters) in kernels() {
             let run = || {
                 let (mut model, learner) = task.taught(CAREFUL, parameters.clone());
-                check(&model, true);
+                check(&model, &decisions);
                 let mut bits = vec![serde_json::to_string(&model).unwrap()];
                 for (draw, (planted, end)) in (0..).zip(&planted) {
                     let correction = task.correction(*planted, draw, CAREFUL, *end);
                     let last = correction.last(&model);
                     let trace;
-                    (model, trace, _) = update(&model, last, &correction.demonstration, &learner, &decisions);
+                    (model, trace, _) = update(&model, Correction::after(last, &correction.demonstration), &learner, &decisions);
                     bits.push(serde_json::to_string(&(&model, trace)).unwrap());
                 }
                 bits
@@ -266,7 +349,8 @@ fn made(task: &Task, originals: Noise, planted: Planted, draw: u64, noise: Noise
     assert!(task.is_recovered(&model), "each skill is a node, or nothing can be said of edits");
     let correction = task.correction(planted, draw, noise, end);
     let last = correction.last(&model);
-    let (after, trace, far) = update(&model, last, &correction.demonstration, &learner, &Decisions::mended());
+    let (after, trace, far) =
+        update(&model, Correction::after(last, &correction.demonstration), &learner, &Decisions::mended());
     (difference(&Graph::of(&model, &learner), &Graph::of(&after, &learner)).edit(), trace, far)
 }
 

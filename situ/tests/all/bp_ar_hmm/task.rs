@@ -68,7 +68,7 @@ fn a_pick_and_a_place_follow_their_objects() {
     let (mut grasped, mut released, mut steps) = (None, None, 0);
     let mut rng = ChaCha8Rng::seed_from_u64(0);
     while let Some((Place::Node(id), _)) = model.next(last, &State::new([held])) {
-        let (reference, keyframes) = model.keyframes(id, Execution::Mean, &mut rng).unwrap();
+        let (reference, keyframes) = model.keyframes(id, 0, Execution::Mean, &mut rng).unwrap();
         for keyframe in keyframes {
             let place = Some((reference.to_string(), keyframe.pose.translation.vector));
             match (told, keyframe.gripper) {
@@ -129,7 +129,7 @@ fn odd_demonstrations_are_learnt() {
         }
         for node in model.graph().nodes {
             for execution in [Execution::Mean, Execution::Sample] {
-                let (_, keyframes) = model.keyframes(node.id, execution, &mut ChaCha8Rng::seed_from_u64(1)).unwrap();
+                let (_, keyframes) = model.keyframes(node.id, 0, execution, &mut ChaCha8Rng::seed_from_u64(1)).unwrap();
                 let finite = |pose: &Pose| pose.to_homogeneous().iter().all(|value| value.is_finite());
                 assert!(!keyframes.is_empty() && keyframes.iter().all(|keyframe| finite(&keyframe.pose)));
             }

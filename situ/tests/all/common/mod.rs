@@ -1,5 +1,6 @@
 //! Random tasks whose structure is known, models that are taught by them, and corrections that need a known edit.
 
+pub(crate) mod known;
 pub(crate) mod structure;
 pub(crate) mod toy;
 
@@ -312,19 +313,39 @@ pub(crate) fn histories(demonstrations: &[Demonstration]) -> Vec<History> {
 
 /// A demonstration of one keyframe a word: its object and where along x the hand goes; its states are one number.
 pub(crate) fn spelt(words: &[(u8, f64, f64)], last: f64, carried_to_end: bool) -> Demonstration {
-    let schema = Schema::new(vec![Feature { name: "s".to_owned(), scale: 1.0 }]).unwrap();
-    let keyframe = |(object, x, state): &(u8, f64, f64)| Keyframe {
+    let words: Vec<_> = words.iter().map(|(object, x, state)| (*object, *x, [*state])).collect();
+    written(Kind::Original, false, &words, [last], carried_to_end)
+}
+
+/// The same, given to mend a failure.
+pub(crate) fn corrective(words: &[(u8, f64, f64)], last: f64, carried_to_end: bool) -> Demonstration {
+    let words: Vec<_> = words.iter().map(|(object, x, state)| (*object, *x, [*state])).collect();
+    written(Kind::Corrective, false, &words, [last], carried_to_end)
+}
+
+/// A demonstration of one keyframe a word, in states of `N` numbers. Each names its object anew where they are
+/// `announced`.
+pub(crate) fn written<const N: usize>(
+    kind: Kind,
+    announced: bool,
+    words: &[(u8, f64, [f64; N])],
+    last: [f64; N],
+    carried_to_end: bool,
+) -> Demonstration {
+    let feature = |index: usize| Feature { name: format!("s{index}"), scale: 1.0 };
+    let schema = Schema::new((0..N).map(feature).collect()).unwrap();
+    let keyframe = |(object, x, state): &(u8, f64, [f64; N])| Keyframe {
         reference: Arc::from(char::from(b'a' + object).to_string()),
         reference_pose: Pose::identity(),
         gripper_pose: Pose::translation(*x, 0.0, 0.0),
         gripper: Gripper::Open(0.05),
         hold: 0.0,
-        state: State::new([*state]),
-        announced: false,
+        state: State::new(*state),
+        announced,
         narration: None,
     };
     let keyframes = words.iter().map(keyframe).collect();
-    Demonstration::new("spelt", Kind::Original, &schema, keyframes, State::new([last]), carried_to_end).unwrap()
+    Demonstration::new("spelt", kind, &schema, keyframes, State::new(last), carried_to_end).unwrap()
 }
 
 /// A copy of a model with a correction folded in by SITU, and what was done.

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use situ::decisions::Decisions;
 use situ::place::{NodeId, Place, SampleId, SegmentId};
 use situ::primitive::Learner;
 use situ::task_model::TaskModel;
@@ -25,9 +26,21 @@ pub(crate) fn edges_of_histories<L: Learner>(model: &TaskModel<L>) -> BTreeSet<(
     edges
 }
 
+/// How many start and final states are samples no longer (decision D22).
+pub(crate) fn retired<L: Learner>(model: &TaskModel<L>) -> usize {
+    let starts = model.nodes().flat_map(|(_, node)| {
+        let positives = &node.samples.positives;
+        node.segments.iter().filter(|segment| !positives.contains(&SampleId::Start(**segment)))
+    });
+    let ends = (0..).zip(model.histories()).filter(|(demonstration, history)| {
+        history.carried_to_end && !model.end().samples.positives.contains(&SampleId::Final(*demonstration))
+    });
+    starts.count() + ends.count()
+}
+
 /// # Panics
-/// Where the model breaks a rule; `subtract` is decision D1.
-pub(crate) fn check<L: Learner>(model: &TaskModel<L>, subtract: bool) {
+/// Where the model breaks a rule that every model of these decisions keeps.
+pub(crate) fn check<L: Learner>(model: &TaskModel<L>, decisions: &Decisions) {
     let ids: BTreeSet<NodeId> = model.nodes().map(|(id, _)| id).collect();
     let places: Vec<Place> = ids.iter().map(|id| Place::Node(*id)).chain([Place::Start, Place::End]).collect();
 
@@ -52,15 +65,9 @@ pub(crate) fn check<L: Learner>(model: &TaskModel<L>, subtract: bool) {
         for segment in &node.segments {
             assert_eq!(holders.insert(*segment, id), None, "{segment:?} is held twice");
         }
-        assert!(!node.policy_segments.is_empty() && node.policy_segments.is_subset(&node.segments), "{id}");
         assert!(model.nodes_of(&node.reference).any(|other| other == id), "{id} is not indexed by its object");
-        let starts: BTreeSet<SampleId> = node.segments.iter().copied().map(SampleId::Start).collect();
-        assert_eq!(node.samples.positives, starts, "{id}: positives are the start states of its segments");
-        if subtract {
-            let both: Vec<_> = node.samples.positives.intersection(&node.samples.negatives).collect();
-            assert!(both.is_empty(), "D1, {id}: {both:?}");
-        }
-        assert!(node.samples.negatives.iter().all(|sample| exists(model, *sample)), "{id}: a sample of nothing");
+        ways(model, id, decisions);
+        samples(model, id, decisions);
     }
     let mut finals = BTreeSet::new();
     for (demonstration, history) in (0..).zip(model.histories()) {
@@ -75,16 +82,65 @@ pub(crate) fn check<L: Learner>(model: &TaskModel<L>, subtract: bool) {
 
     // END (D11).
     let end = &model.end().samples;
-    assert_eq!(end.positives, finals, "END's positives are the final states of what was carried on to it");
+    assert!(end.positives.is_subset(&finals), "END's positives are the final states of what was carried on to it");
+    assert!(decisions.obey || end.positives == finals, "only obedience retires");
+    assert_eq!(end.positives.is_empty(), finals.is_empty(), "END keeps its last positive");
     assert_eq!(model.end().classifier.is_some(), !finals.is_empty());
     assert_eq!(model.parents(Place::End).count() > 0, !finals.is_empty());
     assert!(end.positives.is_disjoint(&end.negatives), "D1, END");
     assert!(end.negatives.iter().all(|sample| exists(model, *sample)));
 }
 
+/// D20: one way at least and no more than there may be, each with data of its own, which is the node's.
+fn ways<L: Learner>(model: &TaskModel<L>, id: NodeId, decisions: &Decisions) {
+    let node = model.node(id).unwrap();
+    assert!((1..=decisions.ways.most()).contains(&node.ways.len()), "{id}: {} ways", node.ways.len());
+    let mut data = BTreeSet::new();
+    for way in &node.ways {
+        assert!(!way.segments.is_empty() && way.segments.is_subset(&node.segments), "{id}: {:?}", way.segments);
+        assert!(way.segments.iter().all(|segment| data.insert(*segment)), "{id}: two ways share a segment");
+        assert!(way.wanted.iter().all(|sample| exists(model, *sample)), "{id}: wanted in a state of nothing");
+        let is_own = |sample: &SampleId| match sample {
+            SampleId::Start(segment) => way.segments.contains(segment),
+            SampleId::Chosen { .. } => decisions.trail,
+            SampleId::Final(_) => false,
+        };
+        assert!(way.wanted.iter().all(is_own), "{id}: wanted where it was shown or where another was stopped");
+    }
+    assert_eq!(data, node.policy_segments(), "{id}");
+    let first: Vec<_> = node.ways.iter().map(|way| way.segments.first()).collect();
+    assert!(first.is_sorted(), "{id}: the oldest first");
+}
+
+/// The positives of a node are the start states of its segments but for those that were retired (D22), and states in
+/// which the robot chose what it should not have done (D23); one at least.
+fn samples<L: Learner>(model: &TaskModel<L>, id: NodeId, decisions: &Decisions) {
+    let node = model.node(id).unwrap();
+    let starts: BTreeSet<SampleId> = node.segments.iter().copied().map(SampleId::Start).collect();
+    let positives = &node.samples.positives;
+    let is_explained = |sample: &SampleId| match sample {
+        SampleId::Chosen { demonstration, .. } => {
+            let first = SegmentId { demonstration: *demonstration, index: 0 };
+            decisions.trail && node.segments.contains(&first)
+        }
+        own => starts.contains(own),
+    };
+    assert!(!positives.is_empty() && positives.iter().all(is_explained), "{id}: {positives:?}");
+    assert!(decisions.obey || starts.is_subset(positives), "{id}: only obedience retires");
+    if decisions.subtract_own_positives {
+        let both: Vec<_> = positives.intersection(&node.samples.negatives).collect();
+        assert!(both.is_empty(), "D1, {id}: {both:?}");
+    }
+    let all = positives.union(&node.samples.negatives);
+    assert!(all.into_iter().all(|sample| exists(model, *sample)), "{id}: a sample of nothing");
+}
+
 fn exists<L: Learner>(model: &TaskModel<L>, sample: SampleId) -> bool {
     match sample {
         SampleId::Start(segment) => model.node_of(segment).is_some(),
         SampleId::Final(index) => model.histories().get(index as usize).is_some_and(|history| history.carried_to_end),
+        SampleId::Chosen { demonstration, index } => {
+            model.histories().get(demonstration as usize).is_some_and(|history| (index as usize) < history.trail.len())
+        }
     }
 }

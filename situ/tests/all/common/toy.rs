@@ -17,6 +17,15 @@ use situ::trace::Counters;
 pub(crate) struct Toy {
     pub(crate) taught: f64,
     pub(crate) found: f64,
+    /// The numbers of a state, each of scale 1; at most 3.
+    pub(crate) features: usize,
+}
+
+impl Toy {
+    /// A learner for states of one number, which finds what is nearer than 2.
+    pub(crate) const fn on_a_line(taught: f64) -> Self {
+        Self { taught, found: 2.0, features: 1 }
+    }
 }
 
 /// Reference object and mean position of the first keyframe.
@@ -29,15 +38,19 @@ pub(crate) struct Line {
 /// Remembers its samples: the nearest decides, and only what is near a positive is applicable.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Nearest {
-    positives: Vec<f64>,
-    negatives: Vec<f64>,
+    positives: Vec<State>,
+    negatives: Vec<State>,
 }
 
 /// Greatest distance of an applicable state from a positive.
 const REACH: f64 = 2.0;
 
-fn nearest(samples: &[f64], state: &State) -> f64 {
-    samples.iter().map(|sample| (sample - state.values()[0]).abs()).fold(f64::INFINITY, f64::min)
+fn nearest(samples: &[State], state: &State) -> f64 {
+    let apart = |sample: &State| {
+        let squares = sample.values().iter().zip(state.values()).map(|(one, other)| (one - other) * (one - other));
+        squares.sum::<f64>().sqrt()
+    };
+    samples.iter().map(apart).fold(f64::INFINITY, f64::min)
 }
 
 impl Initiation for Nearest {
@@ -56,13 +69,17 @@ fn x(segment: &Segment) -> f64 {
     segment.keyframes[0].pose.translation.x
 }
 
-/// Chains of points on one object, each nearer than `width` to the next: labels, in order of first appearance.
-fn chains(points: &[(Arc<str>, f64)], width: f64) -> Vec<usize> {
-    let mut labels: Vec<usize> = (0..points.len()).collect();
-    for _ in 0..points.len() {
-        for left in 0..points.len() {
-            for right in 0..points.len() {
-                if points[left].0 == points[right].0 && (points[left].1 - points[right].1).abs() < width {
+/// Chains of things on one object, each with a point that is nearer than `width` to one of the next: labels, in order
+/// of first appearance.
+fn chains(things: &[(Arc<str>, Vec<f64>)], width: f64) -> Vec<usize> {
+    let is_near = |(one, left): &(Arc<str>, Vec<f64>), (other, right): &(Arc<str>, Vec<f64>)| {
+        one == other && left.iter().any(|left| right.iter().any(|right| (left - right).abs() < width))
+    };
+    let mut labels: Vec<usize> = (0..things.len()).collect();
+    for _ in 0..things.len() {
+        for left in 0..things.len() {
+            for right in 0..things.len() {
+                if is_near(&things[left], &things[right]) {
                     labels[left] = labels[left].min(labels[right]);
                 }
             }
@@ -83,7 +100,7 @@ impl Learner for Toy {
     type Classifier = Nearest;
     type Calibration = ();
 
-    fn fit_policy(&self, segments: &[&Segment], _: &mut Counters) -> Result<Line, SituError> {
+    fn fit_policy(&self, segments: &[&Segment], (): &(), _: &mut Counters) -> Result<Line, SituError> {
         let mean = segments.iter().map(|segment| x(segment)).sum::<f64>() / segments.len() as f64;
         Ok(Line { reference: segments[0].reference.clone(), x: mean })
     }
@@ -94,12 +111,21 @@ impl Learner for Toy {
         negatives: &[&State],
         _: &mut Counters,
     ) -> Result<Nearest, SituError> {
-        let values = |states: &[&State]| states.iter().map(|state| state.values()[0]).collect();
-        Ok(Nearest { positives: values(positives), negatives: values(negatives) })
+        let owned = |states: &[&State]| states.iter().copied().cloned().collect();
+        Ok(Nearest { positives: owned(positives), negatives: owned(negatives) })
     }
 
-    fn cluster_and_find(&self, own: &Line, candidates: &[&Line], _: &[f64], (): &(), _: &mut Counters) -> Clustering {
-        let points: Vec<_> = candidates.iter().chain([&own]).map(|line| (line.reference.clone(), line.x)).collect();
+    fn cluster_and_find(
+        &self,
+        own: &Line,
+        candidates: &[Vec<&Line>],
+        _: &[f64],
+        (): &(),
+        _: &mut Counters,
+    ) -> Clustering {
+        let own = vec![own];
+        let points = |ways: &Vec<&Line>| (ways[0].reference.clone(), ways.iter().map(|line| line.x).collect());
+        let points: Vec<_> = candidates.iter().chain([&own]).map(points).collect();
         let labels = chains(&points, self.found);
         let (own, others) = labels.split_last().expect("the segment's own");
         let mut clusters: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
@@ -119,8 +145,12 @@ impl Learner for Toy {
     }
 
     fn cluster(&self, segments: &[&Segment], (): &(), _: &mut Counters) -> Result<Vec<usize>, SituError> {
-        let points: Vec<_> = segments.iter().map(|segment| (segment.reference.clone(), x(segment))).collect();
+        let points: Vec<_> = segments.iter().map(|segment| (segment.reference.clone(), vec![x(segment)])).collect();
         Ok(chains(&points, self.taught))
+    }
+
+    fn scales(&self) -> &[f64] {
+        &[1.0; 3][..self.features]
     }
 
     fn path(&self, policy: &Line) -> Vec<Pose> {

@@ -225,7 +225,7 @@ fn odd_corrections_are_folded_in_or_refused() {
             assert_eq!(edits, expected, "{count} originals");
             let mut rng = ChaCha8Rng::seed_from_u64(0);
             for node in &task.graph().nodes {
-                assert!(!task.keyframes(node.id, Execution::Sample, &mut rng).unwrap().1.is_empty());
+                assert!(!task.keyframes(node.id, 0, Execution::Sample, &mut rng).unwrap().1.is_empty());
             }
             task.to_json()
         };

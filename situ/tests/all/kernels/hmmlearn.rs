@@ -48,7 +48,7 @@ impl Minted {
     fn parameters(&self, skip: bool) -> HmmParameters {
         HmmParameters {
             position_floor: self.position_floor,
-            rotation_floor: self.rotation_floor,
+            rotation_floor: [self.rotation_floor; 3],
             prior_weight: self.prior_weight,
             transition_floor: 0.0,
             skip,

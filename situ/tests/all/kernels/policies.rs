@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use situ::demonstration::Gripper;
-use situ::keyframe::learner::KeyframeLearner;
+use situ::keyframe::learner::{Calibration, KeyframeLearner};
 use situ::keyframe::parameters::{Divergence, KeyframeParameters};
 use situ::keyframe::policy::KeyframePolicy;
 use situ::primitive::Learner;
@@ -41,9 +41,15 @@ fn noisy(keyframes: &[([f64; 3], Gripper)], rng: &mut ChaCha8Rng) -> Vec<([f64; 
     keyframes.iter().map(|(at, gripper)| (at.map(|axis| axis + 0.01 * standard_normal(rng)), *gripper)).collect()
 }
 
+/// What is believed of a teacher of whom nothing was seen: 2 cm.
+fn untaught(learner: &KeyframeLearner) -> Calibration {
+    learner.calibrate(&[], &mut Counters::default()).unwrap()
+}
+
 fn fitted(segments: &[Segment]) -> KeyframePolicy {
     let segments: Vec<&Segment> = segments.iter().collect();
-    learner(KeyframeParameters::default()).fit_policy(&segments, &mut Counters::default()).unwrap()
+    let learner = learner(KeyframeParameters::default());
+    learner.fit_policy(&segments, &untaught(&learner), &mut Counters::default()).unwrap()
 }
 
 #[test]
@@ -54,8 +60,10 @@ fn a_keyframe_moved_is_told_from_noise_and_from_a_keyframe_more() {
     for _ in 0..200 {
         let originals: Vec<Segment> = (0..3).map(|_| segment("cube", &noisy(&PICK, &mut rng))).collect();
         let policy = fitted(&originals);
-        let displacement =
-            |keyframes: &[([f64; 3], Gripper)]| learner.displacement(&policy, &fitted(&[segment("cube", keyframes)]));
+        let displacement = |keyframes: &[([f64; 3], Gripper)]| {
+            let other = fitted(&[segment("cube", keyframes)]);
+            learner.displacement(&policy, &other, &untaught(&learner), false).metres
+        };
         noise = noise.max(displacement(&noisy(&PICK, &mut rng)));
         let mut near = noisy(&PICK, &mut rng);
         near[1].0[0] += 0.10;
@@ -72,8 +80,9 @@ fn a_keyframe_moved_is_told_from_noise_and_from_a_keyframe_more() {
     // Without noise it is the distance itself.
     let mut exact = PICK;
     exact[2].0 = [0.0, 0.08, 0.15];
-    let displaced = learner.displacement(&fitted(&[segment("cube", &PICK)]), &fitted(&[segment("cube", &exact)]));
-    assert!((displaced - 0.08).abs() < 1e-9, "{displaced}");
+    let (pick, exact) = (fitted(&[segment("cube", &PICK)]), fitted(&[segment("cube", &exact)]));
+    let displaced = learner.displacement(&pick, &exact, &untaught(&learner), false);
+    assert!((displaced.metres - 0.08).abs() < 1e-9 && (displaced.scatters - 4.0).abs() < 1e-9, "{displaced:?}");
 }
 
 #[test]

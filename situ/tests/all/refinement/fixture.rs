@@ -30,7 +30,8 @@ pub(crate) fn segment(keyframes: Vec<RelativeKeyframe>) -> Segment {
 pub(crate) fn policy(segments: &[&Segment]) -> KeyframePolicy {
     let schema = Schema::new(vec![Feature { name: "s".to_owned(), scale: 1.0 }]).unwrap();
     let learner = KeyframeLearner::new(&schema, KeyframeParameters::default());
-    learner.fit_policy(segments, &mut Default::default()).unwrap()
+    let calibration = learner.calibrate(&[], &mut Default::default()).unwrap();
+    learner.fit_policy(segments, &calibration, &mut Default::default()).unwrap()
 }
 
 /// The distance of two positions, metres.

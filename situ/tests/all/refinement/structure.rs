@@ -5,24 +5,28 @@ use std::collections::BTreeMap;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use situ::correction::Correction;
-use situ::decisions::Modify;
+use situ::decisions::{Limit, Modify};
 use situ::edit::{Edit, difference};
+use situ::graph::GraphNode;
 use situ::keyframe::parameters::KeyframeParameters;
 use situ::keyframe::policy::Execution;
 use situ::method::refinement::attribution::Attribution;
 use situ::method::{Learned, Method, named, refinement};
 use situ::place::{Place, SegmentId};
 use situ::segmentation::by_reference_object;
+use situ::state::State;
 
 use crate::common::{CAREFUL, Correction as Shown, Planted, Task};
 
 const TASKS: u64 = 6;
 const DRAWS: u64 = 3;
 
-fn executed(model: &dyn Learned) -> Vec<String> {
+/// What each primitive does; a refined primitive does one thing, whatever the state.
+fn executed(model: &dyn Learned, task: &Task) -> Vec<String> {
     let graph = model.graph();
     let mut rng = ChaCha8Rng::seed_from_u64(0);
-    graph.nodes.iter().map(|node| format!("{:?}", model.keyframes(node.id, Execution::Mean, &mut rng))).collect()
+    let execute = |node: &GraphNode| format!("{:?}", model.keyframes(node.id, 0, Execution::Mean, &mut rng));
+    graph.nodes.iter().map(execute).collect()
 }
 
 fn cells(method: &dyn Method) -> BTreeMap<Edit, BTreeMap<Edit, usize>> {
@@ -34,7 +38,11 @@ fn cells(method: &dyn Method) -> BTreeMap<Edit, BTreeMap<Edit, usize>> {
         let taught = method.teach(&task.schema, &originals, seed).unwrap();
         let situ = named("situ").unwrap().teach(&task.schema, &originals, seed).unwrap();
         assert_eq!(taught.graph(), situ.graph(), "{name}: the original model is every method's");
-        assert_eq!(executed(&*taught), executed(&*situ), "{name}: and does what the original policy does");
+        assert_eq!(
+            executed(&*taught, &task),
+            executed(&*situ, &task),
+            "{name}: and does what the original policy does"
+        );
         for planted in Planted::ALL {
             for draw in 0..DRAWS {
                 let mut model = taught.boxed();
@@ -49,12 +57,15 @@ fn cells(method: &dyn Method) -> BTreeMap<Edit, BTreeMap<Edit, usize>> {
                     assert_eq!((before.id, &before.reference), (after.id, &after.reference), "{name}: nodes");
                     assert!(after.segments.starts_with(&before.segments), "{name}: originals stay where they are");
                     learnt.extend(&after.segments[before.segments.len()..]);
-                    assert!(before.path == after.path || after.segments.len() > before.segments.len(), "{name}");
+                    assert!(before.paths == after.paths || after.segments.len() > before.segments.len(), "{name}");
                 }
                 assert_eq!(after.nodes.len(), before.nodes.len(), "{name}");
                 assert!(learnt.iter().all(|id| id.demonstration == 3), "{name}: {learnt:?}");
-                let changed =
-                    executed(&*taught).iter().zip(executed(&*model)).filter(|(old, new)| **old != *new).count();
+                let changed = executed(&*taught, &task)
+                    .iter()
+                    .zip(executed(&*model, &task))
+                    .filter(|(old, new)| **old != *new)
+                    .count();
                 assert!(changed as u64 <= trace.counters.nodes_touched, "{name}: what is not touched is as it was");
                 let made = difference(&before, &after).edit();
                 assert!(method.edits().contains(&made), "{name}: {made}");
@@ -86,12 +97,12 @@ fn what_is_about_no_primitive_is_ignored() {
     for method in refinement::all() {
         let task = Task::new(1, 5, 3);
         let mut model = method.teach(&task.schema, &task.originals(3, CAREFUL), 0).unwrap();
-        let before = executed(&*model);
+        let before = executed(&*model, &task);
         let correction = task.correction(Planted::NewEdge, 0, CAREFUL, false);
         let last = correction.last_in(&model.graph());
         let trace = model.correct(Correction::after(last, &correction.demonstration)).unwrap();
         assert_eq!(trace.counters.nodes_touched, 0, "{}", method.name());
-        assert_eq!(executed(&*model), before, "{}", method.name());
+        assert_eq!(executed(&*model, &task), before, "{}", method.name());
         // The next correction is the second one. Its segments are numbered after those of the ignored correction.
         let correction = task.correction(Planted::Modified, 0, CAREFUL, false);
         let last = correction.last_in(&model.graph());
@@ -116,7 +127,7 @@ fn a_corrected_primitive_is_sampled_about_its_mean() {
         let graph = model.graph();
         let node = graph.holders()[&SegmentId { demonstration: 3, index: 0 }].id;
         let execute = |execution, seed| {
-            let (_, keyframes) = model.keyframes(node, execution, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap();
+            let (_, keyframes) = model.keyframes(node, 0, execution, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap();
             keyframes.iter().map(|keyframe| keyframe.pose.translation.vector).collect::<Vec<_>>()
         };
         let mean = execute(Execution::Mean, 0);
@@ -174,7 +185,8 @@ fn attribution_keeps_to_its_bounds() {
     let last = correction.last(&model);
     let (child, probability) = model.most_probable_child(last, &segment.start).unwrap();
     let about = |min_probability, max_distance| {
-        let rule = Modify { min_probability, max_distance, min_displacement: 0.0 };
+        let limit = Limit { metres: 0.0, scatters: 0.0 };
+        let rule = Modify { min_probability, max_distance, near: limit, far: limit };
         let attribution = Attribution { model: &model, learner: &learner, rule: &rule };
         let found = attribution.of(last, None, segment, &mut Default::default()).unwrap();
         found.map(Place::Node)
