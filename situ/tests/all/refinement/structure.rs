@@ -14,7 +14,6 @@ use situ::method::refinement::attribution::Attribution;
 use situ::method::{Learned, Method, named, refinement};
 use situ::place::{Place, SegmentId};
 use situ::segmentation::by_reference_object;
-use situ::state::State;
 
 use crate::common::{CAREFUL, Correction as Shown, Planted, Task};
 
@@ -22,7 +21,7 @@ const TASKS: u64 = 6;
 const DRAWS: u64 = 3;
 
 /// What each primitive does; a refined primitive does one thing, whatever the state.
-fn executed(model: &dyn Learned, task: &Task) -> Vec<String> {
+fn executed(model: &dyn Learned) -> Vec<String> {
     let graph = model.graph();
     let mut rng = ChaCha8Rng::seed_from_u64(0);
     let execute = |node: &GraphNode| format!("{:?}", model.keyframes(node.id, 0, Execution::Mean, &mut rng));
@@ -38,11 +37,7 @@ fn cells(method: &dyn Method) -> BTreeMap<Edit, BTreeMap<Edit, usize>> {
         let taught = method.teach(&task.schema, &originals, seed).unwrap();
         let situ = named("situ").unwrap().teach(&task.schema, &originals, seed).unwrap();
         assert_eq!(taught.graph(), situ.graph(), "{name}: the original model is every method's");
-        assert_eq!(
-            executed(&*taught, &task),
-            executed(&*situ, &task),
-            "{name}: and does what the original policy does"
-        );
+        assert_eq!(executed(&*taught), executed(&*situ), "{name}: and does what the original policy does");
         for planted in Planted::ALL {
             for draw in 0..DRAWS {
                 let mut model = taught.boxed();
@@ -61,11 +56,8 @@ fn cells(method: &dyn Method) -> BTreeMap<Edit, BTreeMap<Edit, usize>> {
                 }
                 assert_eq!(after.nodes.len(), before.nodes.len(), "{name}");
                 assert!(learnt.iter().all(|id| id.demonstration == 3), "{name}: {learnt:?}");
-                let changed = executed(&*taught, &task)
-                    .iter()
-                    .zip(executed(&*model, &task))
-                    .filter(|(old, new)| **old != *new)
-                    .count();
+                let changed =
+                    executed(&*taught).iter().zip(executed(&*model)).filter(|(old, new)| **old != *new).count();
                 assert!(changed as u64 <= trace.counters.nodes_touched, "{name}: what is not touched is as it was");
                 let made = difference(&before, &after).edit();
                 assert!(method.edits().contains(&made), "{name}: {made}");
@@ -97,12 +89,12 @@ fn what_is_about_no_primitive_is_ignored() {
     for method in refinement::all() {
         let task = Task::new(1, 5, 3);
         let mut model = method.teach(&task.schema, &task.originals(3, CAREFUL), 0).unwrap();
-        let before = executed(&*model, &task);
+        let before = executed(&*model);
         let correction = task.correction(Planted::NewEdge, 0, CAREFUL, false);
         let last = correction.last_in(&model.graph());
         let trace = model.correct(Correction::after(last, &correction.demonstration)).unwrap();
         assert_eq!(trace.counters.nodes_touched, 0, "{}", method.name());
-        assert_eq!(executed(&*model, &task), before, "{}", method.name());
+        assert_eq!(executed(&*model), before, "{}", method.name());
         // The next correction is the second one. Its segments are numbered after those of the ignored correction.
         let correction = task.correction(Planted::Modified, 0, CAREFUL, false);
         let last = correction.last_in(&model.graph());
