@@ -268,8 +268,9 @@ def _few(draws: int, found: int, other_draws: int, other_found: int) -> float:
 
 
 def flip_test(differences: Sequence[float]) -> FlipTest:
-    """The two-sided sign-flip test of these differences, one of each unit. Those that are 0 decide nothing."""
-    differences = [one for one in differences if one != 0]
+    """The two-sided sign-flip test of these differences, one of each unit. Those that are 0, but for rounding, decide nothing."""
+    rounding = summaries.ROUNDING * max(map(abs, differences), default=0)
+    differences = [one for one in differences if abs(one) > rounding]
     if not differences:
         return FlipTest(1.0, 1.0, 1.0, 1.0, False)
     if len(differences) <= WHOLE_FLIPS:

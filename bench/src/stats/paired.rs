@@ -30,7 +30,8 @@ pub fn sign_flip(differences: &[f64], seed: u64) -> Option<SignFlip> {
         return None;
     }
     // The sign of what does not differ is of no matter.
-    let differences: Vec<f64> = differences.iter().copied().filter(|difference| *difference != 0.0).collect();
+    let rounding = ROUNDING * differences.iter().fold(0.0_f64, |most, difference| most.max(difference.abs()));
+    let differences: Vec<f64> = differences.iter().copied().filter(|difference| difference.abs() > rounding).collect();
     let n = differences.len();
     if n == 0 {
         return Some(SignFlip { p: 1.0, least: 1.0 });
