@@ -1,5 +1,5 @@
-//! Small tasks in which an update is easy to get wrong, each with the edit that is right: on automata made by hand, with
-//! the learner on a line; and one of hands that are the same when they are turned, with that of keyframes.
+//! Small tasks in which an update is easy to get wrong, each with the edit that is right: on automata made by hand,
+//! with the learner on a line; and one of hands that are the same when they are turned, with that of keyframes.
 //!
 //! A state has two numbers. The first is how far the task has come, the second is what is unusual.
 
@@ -292,7 +292,8 @@ fn of_two_that_contradict_each_other_the_later_wins() {
     assert_eq!((after.next(Place::Start, [0.0, 0.0]), after.next(z(y), [1.0, 0.0])), (z(y), Place::End));
     let ends = [SampleId::Final(0), SampleId::Final(1)];
     assert_eq!(after.model.end().samples.positives, ends.into(), "END is not retired");
-    // Where the first looks like the second, too, what came from START keeps the skill in charge, and the trace says so.
+    // Where the first looks like the second, too, what came from START keeps the skill in charge, and the trace says
+    // so.
     let alike: [Word; 2] = [(0, 0.0, [0.0, 0.0]), (0, 0.0, [0.0, 0.0])];
     let robot = Robot::taught(&[(&alike, [0.0, 0.0])]);
     let (after, _, trace) = robot.corrected(&[(y, [0.0, 0.0], Interrupted)], &alike, Some([0.0, 0.0]), &MENDED);

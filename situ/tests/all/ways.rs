@@ -1,5 +1,5 @@
-//! Decisions D18 to D23, pinned: other ways of a primitive, when a segment shows one, which one runs, and what the model
-//! does and knows after that.
+//! Decisions D18 to D23, pinned: other ways of a primitive, when a segment shows one, which one runs, and what the
+//! model does and knows after that.
 
 use std::collections::BTreeSet;
 

@@ -55,8 +55,8 @@ proptest! {
         }
     }
 
-    /// Where some keyframes of the shorter list may be left out, the best choice of them counts. A contact never is, and
-    /// the last pair is always laid.
+    /// Where some keyframes of the shorter list may be left out, the best choice of them counts. A contact never is,
+    /// and the last pair is always laid.
     #[test]
     fn what_may_be_left_out_is_left_out_for_the_best(left in points(4), right in points(7), most in 0..3_usize) {
         let (short, long) = if left.len() <= right.len() { (&left, &right) } else { (&right, &left) };

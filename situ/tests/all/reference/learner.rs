@@ -102,8 +102,8 @@ pub(crate) fn percentile(mut values: Vec<f64>) -> f64 {
 }
 
 /// Of all ways to lay the shorter list into the longer one in order, the best one's farthest pair, in the units of a
-/// pair of contacts and of any other pair. Beside what is shown, one keyframe of the shorter list that is no contact may
-/// be left out, if another is left.
+/// pair of contacts and of any other pair. Beside what is shown, one keyframe of the shorter list that is no contact
+/// may be left out, if another is left.
 fn farthest(left: &[Laid], right: &[Laid], units: (f64, f64), beside: bool) -> f64 {
     let whole = farthest_of_all(left, right, units);
     let short = if left.len() <= right.len() { left } else { right };
