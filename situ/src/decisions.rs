@@ -6,7 +6,7 @@
 //! | D1, D2, D3, D10: switches of an update | here; what they do is in [`crate::mending`] |
 //! | D18, D19: a segment shows another way of a primitive | here; [`crate::another_way`] |
 //! | D20: old ways and new ones | here; [`crate::worlds`], [`crate::task_model::TaskModel::way_in`] |
-//! | D22: obedience | here; [`crate::obedience`] |
+//! | D22: obedience | here; `situ/src/obedience.rs` |
 //! | D23: the trail of the rollout that failed | here; [`crate::trail`] |
 //! | D4: a segment is clustered with the candidates; other groups of them merge | [`crate::update::Update::cluster`] |
 //! | D9: merged nodes have new names | [`crate::update::Renamed`] |

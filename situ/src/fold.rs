@@ -65,6 +65,7 @@ impl<L: Learner> Update<'_, L> {
         let carried_to_end = history.carried_to_end;
         let trail = if self.decisions.trail { history.trail } else { Vec::new() };
         let node = |segment: SegmentId| self.model.node_of(segment);
+        self.last = last;
         self.interrupted = history.interrupted.and_then(node);
         let prevented = trail.last().filter(|step| step.end == StepEnd::Prevented);
         self.prevented = prevented.and_then(|step| node(step.of));

@@ -144,9 +144,13 @@ impl<L: Learner> Update<'_, L> {
 
     /// D23: the last choice of a primitive on the trail that led to the correction, if the segment is its first.
     pub(crate) fn chosen_before(&self, d: SegmentId, y: NodeId) -> Option<SampleId> {
-        let demonstration = d.demonstration;
+        self.chosen(d.demonstration, y).filter(|_| d.index == 0)
+    }
+
+    /// D23: the last choice of a primitive on the trail that led to a correction.
+    pub(crate) fn chosen(&self, demonstration: u32, y: NodeId) -> Option<SampleId> {
         let trail = &self.model.histories()[demonstration as usize].trail;
-        let last = trail.iter().rposition(|step| self.model.node_of(step.of) == Some(y)).filter(|_| d.index == 0)?;
+        let last = trail.iter().rposition(|step| self.model.node_of(step.of) == Some(y))?;
         Some(SampleId::Chosen { demonstration, index: last as u32 })
     }
 

@@ -28,10 +28,11 @@ impl<L: Learner> Update<'_, L> {
             self.make_obey(*lesson, demonstration)?;
         }
         for (index, lesson) in lessons.iter().enumerate() {
-            if self.chosen(*lesson) != Some(lesson.shown) {
+            if self.chosen_in(*lesson) != Some(lesson.shown) {
                 let later = &lessons[index + 1..];
-                let is_aliased =
-                    later.iter().any(|later| later.after == lesson.after && self.chosen(*lesson) == Some(later.shown));
+                let is_aliased = later
+                    .iter()
+                    .any(|later| later.after == lesson.after && self.chosen_in(*lesson) == Some(later.shown));
                 if is_aliased {
                     self.obedience.aliased += 1;
                 } else {
@@ -53,14 +54,14 @@ impl<L: Learner> Update<'_, L> {
         starts.chain(end).filter_map(lesson).collect()
     }
 
-    fn chosen(&self, lesson: Lesson) -> Option<Place> {
+    fn chosen_in(&self, lesson: Lesson) -> Option<Place> {
         self.model.most_probable_child(lesson.after, self.model.state(lesson.state)).map(|(place, _)| place)
     }
 
     /// Retires what stands in the way of a lesson. Where it does not obey all the same, nothing stays retired for it.
     fn make_obey(&mut self, lesson: Lesson, demonstration: u32) -> Result<(), SituError> {
         let mut retired: Vec<(Place, SampleId)> = Vec::new();
-        while let Some(chosen) = self.chosen(lesson).filter(|chosen| *chosen != lesson.shown) {
+        while let Some(chosen) = self.chosen_in(lesson).filter(|chosen| *chosen != lesson.shown) {
             let Some(sample) = self.to_retire(lesson, chosen, demonstration) else {
                 retired.iter().for_each(|(place, sample)| self.model.reinstate(*place, *sample));
                 let places = retired.into_iter().map(|(place, _)| place).collect();

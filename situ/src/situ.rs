@@ -86,7 +86,7 @@ impl<L: Learner> Update<'_, L> {
         let parents: BTreeSet<Place> = self.model.parents(Place::Node(z)).collect();
         let mut n = self.starts_of_children(parents.into_iter().chain([a]));
         self.mend_negatives(a, z, &mut n); // D1, D2
-        self.update_policy(a, d, &i)?; // A2.18: Update-Policy(z, d) (D18 to D20: or another way of it)
+        self.update_policy(d, &i)?; // A2.18: Update-Policy(z, d) (D18 to D20: or another way of it)
         self.update_classifier(z, &p, &n)?; // A2.19: Update-Classifier(z, p, n): p and n join the samples of z
         self.add_edge(a, z); // A2.20: Add-Edge(T, (a, z))
         self.tell_siblings(a, Place::Node(z), &p)?; // D3

@@ -18,6 +18,8 @@ pub struct Update<'a, L: Learner> {
     pub learner: &'a L,
     /// The open decisions.
     pub decisions: &'a Decisions,
+    /// The primitive that ran last before the correction.
+    pub last: Place,
     /// The primitive that was interrupted before the correction (D18).
     pub interrupted: Option<NodeId>,
     /// The primitive that was chosen before the correction and kept from beginning (D23).
@@ -53,6 +55,7 @@ impl<'a, L: Learner> Update<'a, L> {
             model,
             learner,
             decisions,
+            last: Place::Start,
             interrupted: None,
             prevented: None,
             counters: Counters::default(),
@@ -127,6 +130,7 @@ impl<'a, L: Learner> Update<'a, L> {
         let subtract = self.decisions.subtract_own_positives;
         let Self { model, learner, counters, .. } = self;
         let renamed = Renamed(model.local_reconnect(learner, &clusters.groups, subtract, counters)?);
+        self.last = renamed.place(self.last);
         self.interrupted = self.interrupted.map(|id| renamed.node(id));
         self.prevented = self.prevented.map(|id| renamed.node(id));
         let merged = clusters.groups.iter().map(|group| (group.clone(), renamed.node(group[0]))).collect();
@@ -196,7 +200,7 @@ impl<'a, L: Learner> Update<'a, L> {
     ///
     /// # Errors
     /// Where the learner refuses; [`SituError::UnknownNode`].
-    pub(crate) fn update_policy(&mut self, a: Place, d: SegmentId, i: &Match) -> Result<(), SituError> {
+    pub(crate) fn update_policy(&mut self, d: SegmentId, i: &Match) -> Result<(), SituError> {
         let (way, branch) = match i.shows {
             Shows::AnotherWay => {
                 let own = self.fit_policy(d)?;
@@ -209,9 +213,9 @@ impl<'a, L: Learner> Update<'a, L> {
                 (way, Branch::Existing)
             }
         };
-        // D23: the way is wanted where another one was begun in its place.
-        let is_redone = a == Place::Node(i.node) || self.stopped() == Some(i.node);
-        if let Some(chosen) = self.chosen_before(d, i.node).filter(|_| is_redone) {
+        // D23: the way is wanted where another one was begun in its place, whatever was shown before it once more.
+        let is_redone = self.last == Place::Node(i.node) || self.stopped() == Some(i.node);
+        if let Some(chosen) = self.chosen(d.demonstration, i.node).filter(|_| is_redone) {
             self.model.want(i.node, way, chosen)?;
         }
         self.model.place(d, i.node);

@@ -27,43 +27,51 @@ impl Range {
         })
     }
 
-    /// How far a value lies outside; 0 inside.
-    fn distance(self, value: f64) -> f64 {
-        (self.low - value).max(value - self.high).max(0.0)
+    /// The edges that two ranges turn to each other, this one's first; `None` where they overlap.
+    fn gap(self, other: Self) -> Option<(f64, f64)> {
+        if other.low > self.high {
+            Some((self.high, other.low))
+        } else if self.low > other.high {
+            Some((self.low, other.high))
+        } else {
+            None
+        }
     }
 
-    /// Whether the other range lies beyond this one, on one side, by more than this one is wide and more than
-    /// [`MARGIN`].
-    fn is_clear_of(self, other: Self) -> bool {
-        let apart = (other.low - self.high).max(self.low - other.high);
-        apart > (self.high - self.low).max(MARGIN)
+    /// By how many times as much as it must the other range lies beyond this one, on one side: the gap over this one's
+    /// own width, or over [`MARGIN`] where that is more. It tells where that is above 1.
+    fn clearness(self, other: Self) -> f64 {
+        let gap = self.gap(other).map_or(0.0, |(own, other)| (other - own).abs());
+        gap / (self.high - self.low).max(MARGIN)
     }
 }
 
 /// Whether `state` belongs to the world of `own` rather than to that of `other`: some feature tells the two apart, and
-/// in those that do the state is nearer to `own`. `scales` has one entry for each feature. False where nothing tells
-/// them apart, or where one of the two has no state.
+/// by those that do the state is on the side of `own`. Each has a vote, from the one edge of the gap to the other, that
+/// counts by the square of how clearly it tells: what tells by accident does so barely. `scales` has one entry for each
+/// feature. False where nothing tells them apart, or where one of the two has no state.
 pub fn is_in_own_world(state: &State, own: &[&State], other: &[&State], scales: &[f64]) -> bool {
     if own.is_empty() || other.is_empty() {
         return false;
     }
-    let (mut to_own, mut to_other, mut tells) = (0.0, 0.0, false);
+    let mut votes = 0.0;
     for (feature, scale) in scales.iter().enumerate() {
         let (here, there) = (Range::of(own, feature, *scale), Range::of(other, feature, *scale));
-        if here.is_clear_of(there) {
-            tells = true;
-            let value = state.values()[feature] / scale;
-            to_own += here.distance(value);
-            to_other += there.distance(value);
+        let clearness = here.clearness(there);
+        if clearness > 1.0
+            && let Some((here, there)) = here.gap(there)
+        {
+            let share = (state.values()[feature] / scale - here) / (there - here);
+            votes += clearness * clearness * (1.0 - 2.0 * share.clamp(0.0, 1.0));
         }
     }
-    tells && to_own < to_other
+    votes > 0.0
 }
 
 /// Whether some feature of `state` lies clearly beyond all of `own`. False where `own` has no state.
 pub fn is_unlike(state: &State, own: &[&State], scales: &[f64]) -> bool {
     let is_beyond = |(feature, scale): (usize, &f64)| {
-        Range::of(own, feature, *scale).is_clear_of(Range::of(&[state], feature, *scale))
+        Range::of(own, feature, *scale).clearness(Range::of(&[state], feature, *scale)) > 1.0
     };
     !own.is_empty() && scales.iter().enumerate().any(is_beyond)
 }
@@ -95,6 +103,16 @@ mod tests {
         assert!(!own([0.0, 0.5], &[[0.0, 0.0]], &[[0.14, 0.0]]), "one state has no range, and the margin holds");
         assert!(own([0.0, 0.5], &[[0.0, 0.0]], &[[0.16, 0.0]]));
         assert!(!own([0.0, 0.0], &[], &[[1.0, 1.0]]) && !own([0.0, 0.0], &[[0.0, 0.0]], &[]), "nothing is known");
+    }
+
+    #[test]
+    fn what_tells_by_accident_does_not_outvote_what_matters() {
+        // The first feature is 0 here and 1 there. The second happens to lie a little apart, 0 to 2 here and 5 there.
+        let (here, there) = ([[0.0, 0.0], [0.0, 2.0]], [[1.0, 5.0]]);
+        assert!(own([0.0, 1.0], &here, &there));
+        assert!(own([0.0, 9.0], &here, &there), "the second says there, and barely tells");
+        assert!(!own([1.0, 1.0], &here, &there), "the first says there");
+        assert!(!own([0.0, 9.0], &[[0.0, 0.0]], &[[0.1, 5.0]]), "where the second alone tells, it decides");
     }
 
     #[test]
