@@ -8,6 +8,7 @@ mod itmcd;
 mod kernels;
 mod listing;
 mod methods;
+mod people;
 mod reference;
 mod refinement;
 mod refusals;
