@@ -1,5 +1,5 @@
-//! Synthetic people, whose grasps of one thing differ as those of people do (decisions D8, D21, D24): the automaton must
-//! not fall apart, and must not lump together what is apart.
+//! Synthetic people, whose grasps of one thing differ as those of people do (decisions D8, D21, D24): the automaton
+//! must not fall apart, and must not lump together what is apart.
 //!
 //! Three skills are on one object. All keyframes of a skill are off alike: by 2 cm along the table, and turned by 30°
 //! about the approach, both with heavy tails (Student's t with three degrees of freedom); now and then taken from
