@@ -142,6 +142,20 @@ def table(announced: Ledger, silent: Ledger) -> list[str]:
     return lines
 
 
+COMMAND = "situ-bench run --protocol families --teacher silent --method situ --method rebuild --method from_scratch"
+HEADING = f"""\
+Made by `python3 bench/recheck/steps.py results/families SILENT`, where SILENT is what `{COMMAND} --out SILENT` makes; \
+do not edit.
+"""
+NOTE = """
+What each step from the former protocol to this one changes in the answers to the paper's two questions, each keeping
+those above it. The expert errs in nothing; in the first row it never names an object anew, which is how the former
+protocol cut. *Former*: five corrections at the most, of a run that did not reach the target what it spent, and success
+in the rollouts that ended the corrections. Teaching from scratch had eight demonstrations and keeps fresh success in
+all rows, for a ledger keeps no other. Ratios are of corrections to teaching from scratch, sums over sums; success is a
+difference. Intervals by units (family × seed), 95 %."""
+
+
 def _of(folder: str, teacher: str) -> Ledger:
     """The runs of a teacher in a folder."""
     return Ledger([run for run in read(Path(folder) / "ledger.jsonl").runs if run.teacher == teacher], [])
@@ -157,7 +171,7 @@ def main(arguments: list[str]) -> int:
     except (OSError, LedgerError) as error:
         print(error, file=sys.stderr)
         return 2
-    print("\n".join(table(announced, silent)))
+    print("\n".join([HEADING, *table(announced, silent), NOTE]))
     return 0
 
 

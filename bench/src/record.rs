@@ -393,7 +393,7 @@ impl CorrectionRecord {
     pub fn edits(&self) -> BTreeSet<Edit> {
         // Where something is shown by doing it over again, the way back is no edit of its own.
         let is_shown_again = self.nodes_added + self.nodes_modified > 0;
-        let edges = self.edges_added - if is_shown_again { self.edges_back } else { 0 };
+        let edges = self.edges_added.saturating_sub(if is_shown_again { self.edges_back } else { 0 });
         let made = [
             (Edit::NodeAddition, self.nodes_added),
             (Edit::EdgeAddition, edges),

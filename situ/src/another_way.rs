@@ -18,7 +18,7 @@ use crate::error::SituError;
 use crate::matching::{Match, Shows};
 use crate::place::{NodeId, Place, SegmentId};
 use crate::placement::Placement;
-use crate::primitive::Learner;
+use crate::primitive::{Initiation, Learner};
 use crate::update::Update;
 
 /// What the followers of a segment tell of it (D19).
@@ -72,8 +72,7 @@ impl<L: Learner> Update<'_, L> {
     /// What the robot was doing when the correction began, if the segment is its first: the primitive that was
     /// interrupted, the one that was kept from beginning, and the one that ran last.
     fn was_doing(&self, a: Place, d: SegmentId) -> Vec<NodeId> {
-        let last = if let Place::Node(a) = a { Some(a) } else { None };
-        let all = [self.interrupted, self.prevented, last].into_iter().flatten().filter(|_| d.index == 0);
+        let all = [self.interrupted, self.prevented, a.node()].into_iter().flatten().filter(|_| d.index == 0);
         self.on_the_object(d, all)
     }
 
@@ -169,17 +168,10 @@ impl<L: Learner> Update<'_, L> {
         if d.index == 0 {
             suspects.extend(self.interrupted.into_iter().chain(self.prevented));
         }
-        if self.is_redone(a, d)?
-            && let Place::Node(a) = a
-        {
-            suspects.push(a);
-        }
-        let nodes =
-            self.model.children(a).filter_map(|child| if let Place::Node(id) = child { Some(id) } else { None });
-        let mut children: Vec<(f64, NodeId)> =
-            nodes.map(|id| (-self.model.probability(Place::Node(id), &start), id)).collect();
-        children.sort_by(|left, right| left.0.total_cmp(&right.0).then(left.1.cmp(&right.1)));
-        suspects.extend(children.into_iter().map(|(_, id)| id));
+        let is_redone = self.is_redone(a, d)?;
+        suspects.extend(a.node().filter(|_| is_redone));
+        let children = self.model.ranked_children(a, &start).into_iter();
+        suspects.extend(children.filter_map(|(child, _)| child.node()));
         Ok(self.on_the_object(d, suspects.into_iter()))
     }
 
@@ -188,7 +180,7 @@ impl<L: Learner> Update<'_, L> {
     fn is_redone(&self, a: Place, d: SegmentId) -> Result<bool, SituError> {
         let Place::Node(a) = a else { return Ok(false) };
         let start = &self.model.segment(d).start;
-        Ok(d.index == 0 && crate::primitive::Initiation::is_applicable(&self.model.node(a)?.classifier, start))
+        Ok(d.index == 0 && self.model.node(a)?.classifier.is_applicable(start))
     }
 
     /// D18: another way of the first suspect whose policy is not too far from the segment's own, or one more instance
@@ -201,17 +193,12 @@ impl<L: Learner> Update<'_, L> {
         rule: &Modify,
     ) -> Result<Option<Match>, SituError> {
         let start = self.model.segment(d).start.clone();
-        let is_likely = |child: &NodeId| self.model.probability(Place::Node(*child), &start) >= rule.min_probability;
-        let children = self.model.children(a);
-        let likely = children
-            .filter_map(|child| if let Place::Node(id) = child { Some(id) } else { None })
-            .map(|id| (self.model.probability(Place::Node(id), &start), id))
-            .reduce(|best, other| if other.0 > best.0 { other } else { best })
-            .map(|(_, id)| id)
-            .filter(is_likely);
+        let mut ranked = self.model.ranked_children(a, &start).into_iter();
+        let likely = ranked.find_map(|(child, probability)| Some((child.node()?, probability)));
+        let likely = likely.filter(|(_, probability)| *probability >= rule.min_probability).map(|(id, _)| id);
+        let is_redone = self.is_redone(a, d)?;
         let first = [self.interrupted, self.prevented].into_iter().flatten().filter(|_| d.index == 0);
-        let last = if self.is_redone(a, d)? { Some(a) } else { None };
-        let last = last.and_then(|a| if let Place::Node(id) = a { Some(id) } else { None });
+        let last = a.node().filter(|_| is_redone);
         let suspects = self.on_the_object(d, first.chain(likely).chain(last));
         let was_doing = self.was_doing(a, d);
         for y in suspects {

@@ -84,11 +84,7 @@ impl<L: Learner> Update<'_, L> {
         }
         let here = self.model.state(lesson.state);
         let scales = self.learner.scales();
-        let distance = |sample: &SampleId| {
-            let there = self.model.state(*sample).values().iter();
-            let units = here.values().iter().zip(there).zip(scales);
-            units.map(|((here, there), scale)| ((here - there) / scale) * ((here - there) / scale)).sum::<f64>()
-        };
+        let distance = |sample: &SampleId| here.squared_distance(self.model.state(*sample), scales);
         let is_shown_now = |sample: &SampleId| match sample {
             SampleId::Start(id) => id.demonstration == demonstration,
             SampleId::Final(own) | SampleId::Chosen { demonstration: own, .. } => *own == demonstration,

@@ -28,6 +28,13 @@ pub enum Place {
     End,
 }
 
+impl Place {
+    /// The node, if the place is one.
+    pub fn node(self) -> Option<NodeId> {
+        if let Self::Node(id) = self { Some(id) } else { None }
+    }
+}
+
 impl fmt::Display for Place {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -97,6 +97,12 @@ impl State {
         Self(values.into())
     }
 
+    /// The squared distance to another state, each feature in units of its scale.
+    pub fn squared_distance(&self, other: &Self, scales: &[f64]) -> f64 {
+        let units = self.values().iter().zip(other.values()).zip(scales);
+        units.map(|((here, there), scale)| ((here - there) / scale) * ((here - there) / scale)).sum()
+    }
+
     /// The values, in the order of the schema.
     pub fn values(&self) -> &[f64] {
         &self.0

@@ -81,7 +81,8 @@ fn apart(path: &[Pose], known: &[Pose], axis: Axis) -> [f64; 2] {
 }
 
 impl KeyframeLearner {
-    fn path_of(&self, segment: &Segment) -> Vec<Pose> {
+    /// The path of a segment: always the same number of poses (decision D5).
+    pub(super) fn path_of(&self, segment: &Segment) -> Vec<Pose> {
         let poses: Vec<_> = segment.keyframes.iter().map(|keyframe| keyframe.pose).collect();
         resample(&poses, self.parameters.signature_points, self.parameters.metres_per_radian)
     }

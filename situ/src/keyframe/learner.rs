@@ -78,11 +78,7 @@ impl KeyframeLearner {
 
     fn trajectories(&self, segments: &[&Segment]) -> Vec<Vec<Observation>> {
         let interpolate = |segment: &&Segment| {
-            let poses: Vec<_> = segment.keyframes.iter().map(|keyframe| keyframe.pose).collect();
-            resample(&poses, self.parameters.signature_points, self.parameters.metres_per_radian)
-                .into_iter()
-                .map(|pose| Observation { pose, gripper: None })
-                .collect()
+            self.path_of(segment).into_iter().map(|pose| Observation { pose, gripper: None }).collect()
         };
         segments.iter().map(interpolate).collect()
     }

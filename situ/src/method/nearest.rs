@@ -92,12 +92,6 @@ impl Memory {
     fn primitive(&self, id: NodeId) -> Result<&Segment, SituError> {
         self.primitives().find(|(own, _)| *own == id).map(|(_, segment)| segment).ok_or(SituError::UnknownNode(id))
     }
-
-    /// The squared distance of two states in units of the scales.
-    fn distance(&self, left: &State, right: &State) -> f64 {
-        let units = left.values().iter().zip(right.values()).zip(&self.scales);
-        units.map(|((left, right), scale)| ((left - right) / scale) * ((left - right) / scale)).sum()
-    }
 }
 
 impl Learned for Memory {
@@ -118,7 +112,7 @@ impl Learned for Memory {
     fn next(&self, _: Place, state: &State) -> Option<(Place, f64)> {
         let starts = self.primitives().map(|(id, segment)| (Place::Node(id), &segment.start));
         let ends = self.shown.iter().filter_map(|shown| Some((Place::End, shown.end.as_ref()?)));
-        let near = starts.chain(ends).map(|(place, shown)| (place, self.distance(shown, state)));
+        let near = starts.chain(ends).map(|(place, shown)| (place, shown.squared_distance(state, &self.scales)));
         near.reduce(|best, other| if other.1 <= best.1 { other } else { best }).map(|(place, _)| (place, 1.0))
     }
 
