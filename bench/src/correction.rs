@@ -14,18 +14,20 @@ use situ_tasks::{Setting, Skill};
 use situ_teachers::Onset;
 
 use crate::conditions::Conditions;
+use crate::correction_record::{CorrectionRecord, StepSummary};
 use crate::cost;
 use crate::ended::Ended;
 use crate::error::BenchError;
 use crate::evaluation::Evaluation;
 use crate::lesson::Lesson;
 use crate::memo::Cursor;
-use crate::record::{CorrectionRecord, Rate, RunRecord, StepSummary, TotalEffort, count};
+use crate::record::RunRecord;
 use crate::retrieval::retrieved;
 use crate::rollout::{Rollout, Watched};
 use crate::spending::{RunPhase, Steps};
 use crate::starts::Starts;
 use crate::stop::{self, StopPoint, Stopped};
+use crate::tally::{Rate, TotalEffort, count};
 use crate::teaching::ATTEMPTS;
 
 /// A robot under correction: its task model, and all demonstrations that it was shown.

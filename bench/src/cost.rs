@@ -10,8 +10,9 @@ use situ::random::stream;
 use situ::trace::Trace;
 
 use crate::error::BenchError;
-use crate::record::{CostRecord, count};
+use crate::record::CostRecord;
 use crate::synthetic::{Automaton, Parameters};
+use crate::tally::count;
 
 /// Runs `work`; returns its result, and the wall-clock seconds that it took.
 pub fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {

@@ -74,8 +74,8 @@ use situ::trail::{PastStep, StepEnd};
 use crate::demonstration_content::{FileContent, FileGripper, FileKeyframe, FilePose, FileStep};
 use crate::error::BenchError;
 use crate::json_lines::line_of;
-use crate::record::count;
 use crate::stop::StopPoint;
+use crate::tally::count;
 
 pub use crate::demonstration_content::Instance;
 

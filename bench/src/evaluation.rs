@@ -15,10 +15,10 @@ use crate::ended::Ended;
 use crate::error::BenchError;
 use crate::memo::{Beginning, Cursor};
 use crate::protocol::Protocol;
-use crate::record::Rate;
 use crate::rollout::{Execute, Rollout, Watched, rollout};
 use crate::spending::Steps;
 use crate::starts::Starts;
+use crate::tally::Rate;
 
 /// Rollouts between two looks at whether the target is out of reach. The number is fixed: the rollouts must not
 /// depend on the number of threads.

@@ -15,6 +15,7 @@ pub mod calibration;
 pub mod cmd;
 pub mod conditions;
 pub mod correction;
+pub mod correction_record;
 pub mod cost;
 mod demonstration_content;
 pub mod demonstration_file;
@@ -55,6 +56,7 @@ pub mod stats;
 pub mod stop;
 pub mod synthetic;
 pub mod tables;
+pub mod tally;
 pub mod teaching;
 #[doc = include_str!("../docs/tutorial.md")]
 pub mod tutorial {}

@@ -5,17 +5,16 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
-use std::iter::Sum;
-use std::ops::AddAssign;
 
 use serde::{Deserialize, Serialize};
 use situ::edit::Edit;
 use situ::structure::Structure;
-use situ::trace::{Branch, Counters, MatchedIn, Obedience, Step};
-use situ_teachers::TeachingEffort;
+use situ::trace::Counters;
 
 use crate::calibration::BranchCalibration;
+use crate::correction_record::CorrectionRecord;
 use crate::held_out::HeldOut;
+use crate::tally::{Rate, TotalEffort, is_zero};
 
 /// The version of the ledger's lines.
 pub const SCHEMA: u64 = 2;
@@ -174,74 +173,6 @@ impl Outcome {
     }
 }
 
-/// Successes among evaluation rollouts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Rate {
-    /// Rollouts at whose end the goal held.
-    pub successes: u32,
-    /// Rollouts in which the goal held after some primitive, the last one among them.
-    pub once: u32,
-    /// Rollouts.
-    pub rollouts: u32,
-}
-
-impl Sum for Rate {
-    fn sum<I: Iterator<Item = Self>>(rates: I) -> Self {
-        rates.fold(Self::default(), |sum, rate| Self {
-            successes: sum.successes + rate.successes,
-            once: sum.once + rate.once,
-            rollouts: sum.rollouts + rate.rollouts,
-        })
-    }
-}
-
-impl From<bool> for Rate {
-    /// One rollout, and whether it succeeded.
-    fn from(is_success: bool) -> Self {
-        Self { successes: u32::from(is_success), once: u32::from(is_success), rollouts: 1 }
-    }
-}
-
-/// The effort of teaching: number and length of demonstrations. A *demonstration* is one that the robot was given; a
-/// *try* is one that the teacher performed, given or not. The lengths are over all tries.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TotalEffort {
-    /// Demonstrations.
-    pub demonstrations: u32,
-    /// Tries.
-    pub tries: u32,
-    /// Keyframes over all tries.
-    pub keyframes: u32,
-    /// Simulated seconds over all tries.
-    pub seconds: f64,
-    /// Path length of the gripper over all tries, metres.
-    pub metres: f64,
-    /// Grasps that the teacher thought of and dropped before trying; nobody saw them, so they are no tries.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub foreseen: u32,
-}
-
-impl TotalEffort {
-    /// The effort of one try, and whether the robot was given it.
-    pub fn of_try(effort: &TeachingEffort, given: bool) -> Self {
-        let TeachingEffort { keyframes, seconds, metres, foreseen } = *effort;
-        Self { demonstrations: u32::from(given), tries: 1, keyframes, seconds, metres, foreseen }
-    }
-}
-
-impl AddAssign for TotalEffort {
-    fn add_assign(&mut self, other: Self) {
-        self.demonstrations += other.demonstrations;
-        self.tries += other.tries;
-        self.keyframes += other.keyframes;
-        self.seconds += other.seconds;
-        self.metres += other.metres;
-        self.foreseen += other.foreseen;
-    }
-}
-
 /// The corrected model against the pooled one: what `rebuild` makes of the same demonstrations at once.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -350,99 +281,6 @@ impl RunRecord {
     }
 }
 
-/// One local update of a correction, as the tables need it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct StepSummary {
-    /// The segment's reference object.
-    pub reference: String,
-    /// |Z|.
-    pub applicable: u32,
-    /// |T| before the step.
-    pub model_size: u32,
-    /// Primitives compared with the segment.
-    pub candidates: u32,
-    /// Where the match was found.
-    pub matched_in: MatchedIn,
-    /// The branch of Algorithm 2.
-    pub branch: Branch,
-    /// Whether A1.6 alone found a primitive that holds the segment's skill, as the teacher calls it; `None` where no
-    /// primitive held it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub retrieved: Option<bool>,
-}
-
-impl StepSummary {
-    /// The summary of a step.
-    pub fn of(step: &Step, retrieved: Option<bool>) -> Self {
-        Self {
-            retrieved,
-            reference: step.reference.clone(),
-            applicable: count(step.applicable.len()),
-            model_size: count(step.model_size),
-            candidates: count(step.candidates),
-            matched_in: step.matched_in,
-            branch: step.branch,
-        }
-    }
-}
-
-impl CorrectionRecord {
-    /// The set of edits that it made: a new node brings its own edges, so an edge addition is one between known places.
-    /// Never empty: where nothing changed, it is [`Edit::None`].
-    pub fn edits(&self) -> BTreeSet<Edit> {
-        // Where something is shown by doing it over again, the way back is no edit of its own.
-        let is_shown_again = self.nodes_added + self.nodes_modified > 0;
-        let edges = self.edges_added.saturating_sub(if is_shown_again { self.edges_back } else { 0 });
-        let made = [
-            (Edit::NodeAddition, self.nodes_added),
-            (Edit::EdgeAddition, edges),
-            (Edit::NodeModification, self.nodes_modified),
-        ];
-        let edits: BTreeSet<Edit> = made.into_iter().filter(|(_, count)| *count > 0).map(|(edit, _)| edit).collect();
-        if edits.is_empty() { BTreeSet::from([Edit::None]) } else { edits }
-    }
-}
-
-/// One correction of a run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CorrectionRecord {
-    /// The name of the trigger that called the teacher.
-    pub failure: String,
-    /// The reference object of the primitive that ran last, or `START`.
-    pub last: String,
-    /// The effort of its demonstration.
-    pub effort: TotalEffort,
-    /// Whether the demonstration shows what changed.
-    pub shows_change: bool,
-    /// The edit that the method made.
-    pub edit_made: Edit,
-    /// Nodes added.
-    pub nodes_added: u32,
-    /// Edges added.
-    pub edges_added: u32,
-    /// Those of them that lead back to what the robot had already done in the rollout that failed.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub edges_back: u32,
-    /// Nodes modified.
-    pub nodes_modified: u32,
-    /// Nodes merged away.
-    pub nodes_merged: u32,
-    /// Whether the model obeys.
-    #[serde(default, skip_serializing_if = "is_default")]
-    pub obedience: Obedience,
-    /// The local updates; none for a full retraining.
-    pub steps: Vec<StepSummary>,
-    /// The exact work of the update.
-    pub counters: Counters,
-    /// The evaluation after the correction, which decided whether another one was asked for. It ends early where the
-    /// target is out of reach, so it is no success rate to publish.
-    pub decided_by: Rate,
-    /// Wall-clock seconds of the update: the only clock.
-    pub update_seconds: f64,
-}
-
 /// One update of a synthetic automaton.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -490,18 +328,4 @@ impl CostRecord {
             correction: self.correction,
         }
     }
-}
-
-fn is_default<T: Default + PartialEq>(value: &T) -> bool {
-    *value == T::default()
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
-fn is_zero(count: &u32) -> bool {
-    *count == 0
-}
-
-/// A number of things as the ledger writes it.
-pub fn count(number: usize) -> u32 {
-    u32::try_from(number).unwrap_or(u32::MAX)
 }

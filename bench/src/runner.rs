@@ -17,10 +17,11 @@ use crate::error::BenchError;
 use crate::ledger::Ledger;
 use crate::memo::{Memo, Room};
 use crate::plan::{CostGroup, Family, Group, Plan, Sequence};
-use crate::record::{Identity, Key, Record, count};
+use crate::record::{Identity, Key, Record};
 use crate::session::Uncorrected;
 use crate::spending::{RunPhase, Spending};
 use crate::synthetic::Parameters;
+use crate::tally::count;
 use crate::teaching::OriginalTask;
 
 /// Told how the runs go on.

@@ -7,10 +7,10 @@ use situ::structure::{Agreement, Structure};
 use situ::trace::{Branch, Counters, MatchedIn, Obedience};
 
 use crate::calibration::{BranchCalibration, ConfidenceBin};
+use crate::correction_record::{CorrectionRecord, StepSummary};
 use crate::held_out::HeldOut;
-use crate::record::{
-    CorrectionRecord, CostRecord, Key, Outcome, Pooled, Rate, Record, RunRecord, Stage, StepSummary, TotalEffort,
-};
+use crate::record::{CostRecord, Key, Outcome, Pooled, Record, RunRecord, Stage};
+use crate::tally::{Rate, TotalEffort};
 
 /// So many successes of ten.
 fn rate(successes: u32) -> Rate {

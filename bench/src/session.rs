@@ -14,8 +14,9 @@ use crate::error::BenchError;
 use crate::evaluation::Evaluation;
 use crate::held_out::HeldOut;
 use crate::lesson::Lesson;
-use crate::record::{Key, Outcome, Pooled, Rate, RunRecord, TotalEffort};
+use crate::record::{Key, Outcome, Pooled, RunRecord};
 use crate::spending::RunPhase;
+use crate::tally::{Rate, TotalEffort};
 use crate::teaching::OriginalTask;
 
 /// How the original model does on a changed task.

@@ -12,8 +12,8 @@ use crate::conditions::Conditions;
 use crate::demonstration_file::Before;
 use crate::error::BenchError;
 use crate::evaluation::Evaluation;
-use crate::record::{Rate, TotalEffort};
 use crate::spending::Steps;
+use crate::tally::{Rate, TotalEffort};
 
 /// Attempts at a demonstration before the teacher gives up. A novice fails about one in five, so all of them fail once
 /// in hundreds.

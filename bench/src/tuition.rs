@@ -10,7 +10,7 @@ use situ_tasks::{Episode, Setting};
 
 use crate::conditions::Conditions;
 use crate::error::BenchError;
-use crate::record::{Rate, TotalEffort};
+use crate::tally::{Rate, TotalEffort};
 use crate::teaching::ATTEMPTS;
 
 /// Success of one model of the original task, from fresh starts: there, and in changed tasks.

@@ -15,8 +15,8 @@ use crate::cmd::terminal;
 use crate::cost;
 use crate::error::BenchError;
 use crate::files;
-use crate::record::Rate;
 use crate::shown;
+use crate::tally::Rate;
 
 mod layout;
 mod tuition;

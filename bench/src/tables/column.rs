@@ -6,8 +6,8 @@ use situ::edit::Edit;
 use situ::trace::Counters;
 
 use super::pooled::{Pooled, draws};
-use crate::record::Rate;
 use crate::stats::{self, Estimate};
+use crate::tally::Rate;
 
 /// How an estimate stands to the truth where runs were censored at their budget.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,8 +5,9 @@ use super::growth;
 use super::measure::{median, share_of};
 use super::rows::{self, MethodKey, method_columns, method_key, rows};
 use super::table::{Publication, Table, Title};
+use crate::correction_record::{CorrectionRecord, StepSummary};
 use crate::ledger::Canonical;
-use crate::record::{CorrectionRecord, Record, RunRecord, StepSummary};
+use crate::record::{Record, RunRecord};
 
 /// The publication.
 pub(super) const T4: Publication = Publication {

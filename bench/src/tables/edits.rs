@@ -12,8 +12,9 @@ use super::column::{Columns, Shape};
 use super::measure::{mean, of_runs, share_of, units, variations};
 use super::rows::{self, MethodKey, method_columns, method_key, role, rows};
 use super::table::{Publication, Table, Title};
+use crate::correction_record::CorrectionRecord;
 use crate::ledger::Canonical;
-use crate::record::{CorrectionRecord, Record, RunRecord};
+use crate::record::{Record, RunRecord};
 
 /// The publication.
 pub(super) const T3: Publication = Publication {

@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 
 use super::column::{Bound, Cell, some};
 use super::pooled::{OfRuns, Pooled, pooled_by, pooled_ratio, pooled_share, unit, variation};
-use crate::record::{Rate, RunRecord};
+use crate::record::RunRecord;
 use crate::stats;
+use crate::tally::Rate;
 
 /// A quantity of the effort of a run: its name, the quantity, and decimals in Markdown.
 pub(super) type Measure = (&'static str, fn(&RunRecord) -> f64, usize);

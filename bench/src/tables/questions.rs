@@ -11,7 +11,8 @@ use super::measure::{EFFORT, Measure, difference, effort_ratio, share, units, va
 use super::rows::{self, MethodName, place, role, rows};
 use super::table::{self, Publication, Table, Title};
 use crate::ledger::Canonical;
-use crate::record::{Pooled, Rate, Record, RunRecord};
+use crate::record::{Pooled, Record, RunRecord};
+use crate::tally::Rate;
 
 /// The publication.
 pub(super) const QUESTIONS: Publication = Publication {

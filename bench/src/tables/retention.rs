@@ -10,8 +10,9 @@ use super::pooled::pooled_ratio;
 use super::rows::{self, CellKey, MethodName, role, rows};
 use super::table::{Publication, Table, Title};
 use crate::ledger::Canonical;
-use crate::record::{Rate, Record, RunRecord};
+use crate::record::{Record, RunRecord};
 use crate::stats::sequence::{SequenceScore, sequence};
+use crate::tally::Rate;
 
 /// The publication.
 pub(super) const T5: Publication = Publication {

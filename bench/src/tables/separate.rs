@@ -8,7 +8,8 @@ use super::measure::{difference, mean, median, of_runs, share, success, units};
 use super::rows::{self, MethodKey, method_columns, method_key, rows};
 use super::table::{Publication, Table, Title};
 use crate::ledger::Canonical;
-use crate::record::{Pooled, Rate, Record, RunRecord};
+use crate::record::{Pooled, Record, RunRecord};
+use crate::tally::Rate;
 
 /// The publication.
 pub(super) const T2: Publication = Publication {

@@ -8,7 +8,8 @@ use super::pooled::pooled_ratio;
 use super::rows::{self, TeacherKey, role, rows, teacher_key};
 use super::table::{Publication, Table, Title};
 use crate::ledger::Canonical;
-use crate::record::{Outcome, Record, RunRecord, TotalEffort};
+use crate::record::{Outcome, Record, RunRecord};
+use crate::tally::TotalEffort;
 
 /// The publication.
 pub(super) const T6: Publication = Publication {

@@ -3,12 +3,13 @@
 use proptest::prelude::*;
 
 use crate::ledger::Canonical;
-use crate::record::{CostRecord, Rate, Record};
+use crate::record::{CostRecord, Record};
 use crate::sample;
 use crate::tables::{
     ALL, Heading, Publication, confidence, cost, edits, effort, endings, methods, paired, questions, retention,
     separate, teachers,
 };
+use crate::tally::Rate;
 
 fn canonical() -> Canonical {
     Canonical::from(sample::records())

@@ -2,8 +2,8 @@
 
 use comfy_table::{CellAlignment, Table, presets::ASCII_MARKDOWN};
 
-use crate::record::Rate;
 use crate::stats;
+use crate::tally::Rate;
 
 /// A share with its interval.
 pub(super) fn with_interval(rate: Rate) -> String {

@@ -14,9 +14,9 @@ use crate::conditions::Conditions;
 use crate::error::BenchError;
 use crate::memo::{Memo, Room};
 use crate::protocol::Protocol;
-use crate::record::{Rate, TotalEffort};
 use crate::spending::{RunPhase, Spending};
 use crate::stats::{self, paired};
+use crate::tally::{Rate, TotalEffort};
 use crate::tuition::Absorbed;
 
 /// The protocol by which the original task is taught, and whose rollouts an evaluation has.
