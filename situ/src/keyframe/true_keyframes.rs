@@ -2,15 +2,16 @@
 //! none (decision D25).
 //!
 //! People give keyframes that nobody needs: half way, or on a detour. Expectation maximisation gives such a keyframe to
-//! the hidden state that is nearest, and the mean of that state moves towards it. Where the gripper closes or opens, the
-//! command keeps it out; where the hand only pushes, nothing does, and the hand stops short of what it pushes. Two
+//! the hidden state that is nearest, and the mean of that state moves towards it. Where the gripper closes or opens,
+//! the command keeps it out; where the hand only pushes, nothing does, and the hand stops short of what it pushes. Two
 //! rules mend that, and change nothing where no state explains two keyframes of one segment:
 //!
 //! - *One segment shows a true keyframe once.* Of several keyframes of one segment in one state the one nearest to the
 //!   median is true, where each segment has one vote. The others are left out, and the fit goes on from there.
 //! - *Nor has a true keyframe two gripper commands.* Where some state has, or explains two keyframes of one segment,
-//!   the even cut may have been a bad start: one segment with many tries at one thing has more keyframes than all others
-//!   together. Then the keyframes of single segments are starts too, and the one counts which explains best what it leaves. A
+//! the even cut may have been a bad start: one segment with many tries at one thing has more keyframes than all others
+//! together. Then the keyframes of single segments are starts too, and the one counts which explains best what it
+//!   leaves. A
 //!   keyframe is better left out where it is less likely than at the 95th percentile of the floor (decision D12).
 //!
 //! The limit: where most segments have a needless keyframe, each at another place, there are as many hidden states as
@@ -66,8 +67,8 @@ impl Fitting<'_> {
         Ok(fit)
     }
 
-    /// The model whose hidden states are the true keyframes, so many, and the likeliest state of every frame. Every frame
-    /// has a gripper command.
+    /// The model whose hidden states are the true keyframes, so many, and the likeliest state of every frame. Every
+    /// frame has a gripper command.
     pub(super) fn true_keyframes(
         &mut self,
         sequences: &[Vec<Observation>],
