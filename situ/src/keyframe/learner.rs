@@ -9,13 +9,14 @@ use super::alignment::displacement;
 use super::classifier::{KeyframeClassifier, lifted, scaled, squared_distance, standardised};
 use super::cluster::average_linkage;
 use super::divergence::{cross_likelihood, monte_carlo, monte_carlo_against, transient_bound};
-use super::hmm::{Hmm, HmmFit, HmmParameters, Observation};
+use super::hmm::Observation;
 use super::interpolate::resample;
 use super::logistic;
-use super::parameters::{Activation, Compared, Divergence, KeyframeParameters, Standardisation};
+use super::parameters::{Activation, Compared, Divergence, KeyframeParameters, Spurious, Standardisation};
 use super::policy::{KeyframePolicy, observations};
 use super::roles::{grouped, in_order, lead, pooled};
 use super::scatter::Scatter;
+use super::true_keyframes::Fitting;
 use crate::demonstration::Pose;
 use crate::error::SituError;
 use crate::primitive::{Clustering, Displacement, Learner};
@@ -61,26 +62,26 @@ impl KeyframeLearner {
         self.scales.len()
     }
 
-    fn fit(
-        reference: &str,
-        sequences: &[Vec<Observation>],
-        states: usize,
-        parameters: &HmmParameters,
-        counters: &mut Counters,
-    ) -> Result<HmmFit, SituError> {
-        let sequences: Vec<&[Observation]> = sequences.iter().map(Vec::as_slice).collect();
-        let fit = Hmm::fit(&sequences, states, parameters)
-            .map_err(|error| SituError::Policy { reference: reference.to_owned(), problem: error.to_string() })?;
-        counters.hmm_fits += 1;
-        counters.em_iterations += fit.iterations as u64;
-        Ok(fit)
-    }
-
     fn trajectories(&self, segments: &[&Segment]) -> Vec<Vec<Observation>> {
         let interpolate = |segment: &&Segment| {
             self.path_of(segment).into_iter().map(|pose| Observation { pose, gripper: None }).collect()
         };
         segments.iter().map(interpolate).collect()
+    }
+
+    /// The rests of a segment that count, with the hidden states they are at, from those at all its keyframes. Of the
+    /// keyframes in one state the longest rest counts, because one of them is true (decision D25).
+    fn rests(&self, all: impl Iterator<Item = (f64, usize)>) -> Vec<(f64, usize)> {
+        let mut rests: Vec<(f64, usize)> = Vec::new();
+        for (hold, state) in all {
+            match rests.last_mut() {
+                Some((longest, last)) if *last == state && self.parameters.spurious == Spurious::LeftOut => {
+                    *longest = longest.max(hold);
+                }
+                _ => rests.push((hold, state)),
+            }
+        }
+        rests
     }
 
     /// The policy of segments by a teacher of this scatter.
@@ -97,18 +98,24 @@ impl KeyframeLearner {
         let mut lengths: Vec<usize> = sequences.iter().map(Vec::len).collect();
         lengths.sort_unstable();
         let median = lengths[(lengths.len() - 1) / 2];
-        let hmm = Self::fit(&reference, &sequences, median, &self.parameters.policy, counters)?.hmm;
+        let mut keyframes = Fitting { reference: &reference, parameters: &self.parameters.policy, counters };
+        let hmm = match self.parameters.spurious {
+            Spurious::LeftOut => keyframes.true_keyframes(&sequences, median)?,
+            Spurious::Averaged => keyframes.fit(&sequences, median)?.hmm,
+        };
+        let rests = segments.iter().zip(&sequences).flat_map(|(segment, sequence)| {
+            self.rests(segment.keyframes.iter().map(|keyframe| keyframe.hold).zip(hmm.viterbi(sequence).0))
+        });
         let mut holds = vec![(0.0, 0.0); hmm.emissions.len()];
-        for (segment, sequence) in segments.iter().zip(&sequences) {
-            for (keyframe, state) in segment.keyframes.iter().zip(hmm.viterbi(sequence).0) {
-                holds[state].0 += keyframe.hold;
-                holds[state].1 += 1.0;
-            }
+        for (hold, state) in rests {
+            holds[state].0 += hold;
+            holds[state].1 += 1.0;
         }
         let trajectories = self.trajectories(segments);
         let states = self.parameters.signature_states;
         let parameters = scatter.floor(&self.parameters.signature);
-        let signature = Self::fit(&reference, &trajectories, states, &parameters, counters)?;
+        let signature =
+            Fitting { reference: &reference, parameters: &parameters, counters }.fit(&trajectories, states)?;
         Ok(KeyframePolicy {
             reference,
             hmm,

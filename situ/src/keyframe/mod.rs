@@ -17,3 +17,4 @@ pub mod policy;
 pub mod pose;
 mod roles;
 pub mod scatter;
+mod true_keyframes;

@@ -49,6 +49,15 @@ pub struct Cut {
     pub single: f64,
 }
 
+/// Decision D25: what becomes of a keyframe that is no keyframe of the skill.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Spurious {
+    /// A hidden state explains one keyframe of a segment; its others are left out.
+    LeftOut,
+    /// It is averaged with the others, as printed.
+    Averaged,
+}
+
 /// Decision D2b: what the initiation classifier is linear in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Lift {
@@ -130,6 +139,8 @@ pub struct KeyframeParameters {
     pub cut: Cut,
     /// Whether the symmetry of the hand is heeded, where the schema has one (D24).
     pub symmetry: bool,
+    /// What becomes of spurious keyframes (D25).
+    pub spurious: Spurious,
     /// The teacher's own scatter (D21).
     pub scatter: ScatterParameters,
     /// What the classifiers are linear in (D2b).
@@ -163,6 +174,7 @@ impl Default for KeyframeParameters {
             divergence: Divergence::CrossLikelihood,
             cut: Cut { factor: 1.5, prior: 5.0, prior_copies: 3, least: 2.0, greatest: 20.0, single: 8.0 },
             symmetry: true,
+            spurious: Spurious::LeftOut,
             scatter: ScatterParameters::default(),
             lift: Lift::QuadraticDiagonal,
             standardisation: Standardisation::Within { prior: 0.1, most: 3.0 },
@@ -181,6 +193,7 @@ impl KeyframeParameters {
             compared: Compared::PolicyAgainstSignature,
             across_references: true,
             across_grips: true,
+            spurious: Spurious::Averaged,
             // The paper gives no number. With 1000, updates of the literal reading took up to 23 s on ten primitives.
             divergence: Divergence::MonteCarlo(30),
             lift: Lift::Linear,

@@ -18,7 +18,9 @@ use crate::error::SituError;
 use crate::fold::fold;
 use crate::graph::Graph;
 use crate::keyframe::learner::KeyframeLearner;
-use crate::keyframe::parameters::{Activation, Compared, Divergence, KeyframeParameters, Lift, Standardisation};
+use crate::keyframe::parameters::{
+    Activation, Compared, Divergence, KeyframeParameters, Lift, Spurious, Standardisation,
+};
 use crate::keyframe::policy::Execution;
 use crate::keyframe::scatter::ScatterParameters;
 use crate::place::{NodeId, Place};
@@ -241,6 +243,9 @@ fn own_originals() -> Vec<KeyframeMethod> {
         own("situ:no_symmetry", "D24 off: half a turn of the hand is another grasp", || KeyframeParameters {
             symmetry: false,
             ..KeyframeParameters::default()
+        }),
+        own("situ:keep_spurious", "D25 off: a keyframe that nobody needs is averaged with the others", || {
+            KeyframeParameters { spurious: Spurious::Averaged, ..KeyframeParameters::default() }
         }),
     ]
 }

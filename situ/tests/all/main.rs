@@ -14,5 +14,6 @@ mod refinement;
 mod refusals;
 mod small_cases;
 mod structure;
+mod true_keyframes;
 mod update;
 mod ways;

@@ -83,18 +83,45 @@ impl Hmm {
         }
         let even: Vec<Expected> = sequences.iter().map(|sequence| evenly_cut(sequence.len(), states)).collect();
         hmm.maximise(sequences, &even, true, rule);
+        hmm.refit(sequences, rule)
+    }
+
+    /// The model that expectation maximisation climbs to from here.
+    pub(crate) fn refit(&self, sequences: &[Vec<Frame>], rule: &HmmParameters) -> Self {
+        let mut hmm = self.clone();
         let mut last = f64::NAN;
         for iteration in 0.. {
             let expected: Vec<Expected> = sequences.iter().map(|sequence| hmm.expect(sequence)).collect();
             let objective = expected.iter().map(|of| of.log_likelihood).sum::<f64>()
                 + hmm.emissions.iter().map(|emission| emission.log_prior(rule)).sum::<f64>();
             if (objective - last).abs() < rule.tolerance * last.abs() || iteration == rule.max_iterations {
-                break;
+                return hmm;
             }
             last = objective;
             hmm.maximise(sequences, &expected, false, rule);
         }
-        hmm
+        unreachable!("the iterations are bounded")
+    }
+
+    /// The likeliest state of every frame.
+    pub(crate) fn path(&self, sequence: &[Frame]) -> Vec<usize> {
+        let k = self.states();
+        let densities = self.densities(sequence);
+        // The likeliest path to each state, and its log probability.
+        let mut best: Vec<(Vec<usize>, f64)> = (0..k).map(|j| (vec![j], self.ways[k][j] + densities[0][j])).collect();
+        for density in &densities[1..] {
+            let longer = |j: usize| {
+                let by = |(path, log): &(Vec<usize>, f64)| (path.clone(), log + self.ways[path[path.len() - 1]][j]);
+                let (path, log) = best.iter().map(by).reduce(likelier).expect("a state");
+                ([path, vec![j]].concat(), log + density[j])
+            };
+            best = (0..k).map(longer).collect();
+        }
+        let ended = best.into_iter().map(|(path, log)| {
+            let last = path[path.len() - 1];
+            (path, log + self.ways[last][k])
+        });
+        ended.reduce(likelier).expect("a state").0
     }
 
     fn states(&self) -> usize {
@@ -240,6 +267,10 @@ fn proportions(counts: Vec<f64>, floor: f64) -> Vec<f64> {
             None => return (0..counts.len()).map(share).collect(),
         }
     }
+}
+
+fn likelier(one: (Vec<usize>, f64), other: (Vec<usize>, f64)) -> (Vec<usize>, f64) {
+    if other.1 > one.1 { other } else { one }
 }
 
 /// log Σ exp.

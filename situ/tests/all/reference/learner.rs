@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use situ::demonstration::{Gripper, Pose};
 use situ::error::SituError;
-use situ::keyframe::parameters::{Cut, KeyframeParameters};
+use situ::keyframe::parameters::{Cut, KeyframeParameters, Spurious};
 use situ::primitive::{Clustering, Displacement, Learner};
 use situ::segment::Segment;
 use situ::state::{Schema, State};
@@ -18,6 +18,7 @@ use crate::reference::hmm::{Frame, Hmm};
 use crate::reference::linkage::labels;
 use crate::reference::pose::resampled;
 use crate::reference::scatter::{Laid, Scattered, metres, ways, with_contacts};
+use crate::reference::true_keyframes::true_keyframes;
 
 /// The reference. It counts no work.
 #[derive(Clone, Debug)]
@@ -76,7 +77,11 @@ impl Reference {
         let sequences: Vec<Vec<Frame>> = segments.iter().map(sequence).collect();
         let mut lengths: Vec<usize> = sequences.iter().map(Vec::len).collect();
         lengths.sort_unstable();
-        let hmm = Hmm::fit(&sequences, lengths[(lengths.len() - 1) / 2], &self.rule.policy);
+        let states = lengths[(lengths.len() - 1) / 2];
+        let hmm = match self.rule.spurious {
+            Spurious::LeftOut => true_keyframes(&sequences, states, &self.rule.policy),
+            Spurious::Averaged => Hmm::fit(&sequences, states, &self.rule.policy),
+        };
         let trajectory = |sequence: &Vec<Frame>| {
             let poses: Vec<Pose> = sequence.iter().map(|(pose, _)| *pose).collect();
             let points = resampled(&poses, self.rule.signature_points, self.rule.metres_per_radian);

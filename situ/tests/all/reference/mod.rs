@@ -12,12 +12,13 @@ mod linkage;
 mod pose;
 pub(crate) mod scatter;
 mod task;
+mod true_keyframes;
 
 use std::ops::Range;
 
 use comparison::{Comparison, Summary};
 use learner::Reference;
-use situ::keyframe::parameters::{Activation, KeyframeParameters};
+use situ::keyframe::parameters::{Activation, KeyframeParameters, Spurious};
 use situ::trace::Branch;
 use task::Task;
 
@@ -80,4 +81,11 @@ fn a_re_estimation_less_is_noticed() {
 fn another_decision_is_noticed() {
     let activation = Activation::Bounded { factor: 2.0, least: 0.0 };
     side_by_side(0..2, &KeyframeParameters { activation, ..KeyframeParameters::default() });
+}
+
+/// A fault that only shows where a keyframe is spurious.
+#[test]
+#[should_panic(expected = "by the reference")]
+fn a_spurious_keyframe_that_is_averaged_is_noticed() {
+    side_by_side(0..2, &KeyframeParameters { spurious: Spurious::Averaged, ..KeyframeParameters::default() });
 }
