@@ -9,19 +9,17 @@ changes one thing and keeps the ones before it; the last puts the full retrainin
 in place of the joint model. Every value has a 95 % interval by units (family and seed) within families.
 """
 
-import random
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from ledger import Ledger, LedgerError, Rate, Run, read
-from measures import FROM_SCRATCH, SITU, beside, grouped, partners, rate
+from measures import FROM_SCRATCH, SITU, beside, partners, rate
+from ratios import ratio
 
 FORMER_BUDGET = 5
 TEACHERS = ("expert", "silent")
-RESAMPLES = 2000
-SEED = 23
 
 Pair = tuple[Run, Run]
 # What a pair adds to the two sums of a ratio.
@@ -78,25 +76,7 @@ def _apart(own: Callable[[Run], float | None], other: Callable[[Run], float | No
 
 def value(pairs: Sequence[Pair], terms: Terms) -> str:
     """The ratio of the sums, with its interval by units."""
-    known = [(pair[0].unit(), found) for pair in pairs if (found := terms(pair)) is not None]
-    if not known:
-        return "–"
-    units = grouped(known)
-    families = list(grouped((unit[0], unit) for unit in units).values())
-    generator, drawn = random.Random(SEED), []
-
-    def quotient(of: Sequence[tuple[float, float]]) -> float | None:
-        below = sum(one[1] for one in of)
-        return sum(one[0] for one in of) / below if below else None
-
-    for _ in range(RESAMPLES):
-        chosen = [generator.choice(family) for family in families for _ in family]
-        found = quotient([one for unit in chosen for one in units[unit]])
-        drawn += [] if found is None else [found]
-    drawn.sort()
-    low, high = drawn[round(0.025 * (len(drawn) - 1))], drawn[round(0.975 * (len(drawn) - 1))]
-    middle = quotient([one for _, one in known])
-    return "–" if middle is None else f"{middle:.2f} [{low:.2f}, {high:.2f}]"
+    return ratio([(pair[0], found) for pair in pairs if (found := terms(pair)) is not None])
 
 
 def first_question(ledger: Ledger, reading: Reading) -> list[str]:

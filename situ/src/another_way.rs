@@ -7,7 +7,8 @@
 //! 2. It is matched and displaced: another way of what it matched, never an average.
 //! 3. It is not matched, but not displaced either from what the robot was doing: a noisy instance of that.
 //! 4. *What follows tells* (D19). Followed by what the robot was doing, it was put in before that: a new primitive.
-//!    Followed by what follows that in the model, it takes its place, whatever the distance: another way of it.
+//!    Followed by what follows that in the model, it takes its place, whatever the distance: another way of it, if it
+//!    is displaced.
 //! 5. By distance (D18): another way of a suspect that is near enough.
 //! 6. Else it is new.
 //!
@@ -61,7 +62,10 @@ impl<L: Learner> Update<'_, L> {
             if update.decisions.follow {
                 match update.what_follows_tells(a, d, placement)? {
                     Told::Inserted => return Ok(None),
-                    Told::TakesPlaceOf(node) => return Ok(Some(Match { node, shows: Shows::AnotherWay })),
+                    Told::TakesPlaceOf(node) => {
+                        let beside = !update.was_doing(a, d).contains(&node);
+                        return update.shown_of(node, own, &rule, beside).map(Some);
+                    }
                     Told::Nothing => {}
                 }
             }

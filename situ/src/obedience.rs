@@ -1,10 +1,18 @@
 //! Obedience (decision D22): in the state in which something was shown, and after the primitive after which it was
 //! shown, the model chooses what was shown.
+//!
+//! Two rules see to that. What corrections show supersedes what was shown before them in its place, where nothing
+//! observed tells the two apart. Beyond that, single positives of a wrong choice are retired, as many as it takes.
 
+use std::collections::BTreeSet;
+
+use crate::demonstration::Kind;
 use crate::error::SituError;
 use crate::place::{Place, SampleId, SegmentId};
 use crate::primitive::Learner;
+use crate::state::State;
 use crate::update::Update;
+use crate::worlds::are_told_apart;
 
 /// What was shown: after this place, in the state of this sample, that place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,6 +33,7 @@ impl<L: Learner> Update<'_, L> {
     pub(crate) fn obey(&mut self, demonstration: u32) -> Result<(), SituError> {
         let lessons = self.lessons(demonstration);
         for lesson in &lessons {
+            self.supersede(*lesson, demonstration)?;
             self.make_obey(*lesson, demonstration)?;
         }
         for (index, lesson) in lessons.iter().enumerate() {
@@ -58,6 +67,37 @@ impl<L: Learner> Update<'_, L> {
         self.model.most_probable_child(lesson.after, self.model.state(lesson.state)).map(|(place, _)| place)
     }
 
+    /// Where corrections have shown this after this place, and demonstrations before them something else, and no
+    /// feature tells the states of the one from those of the other, the newer holds, as with ways (decision D20): the
+    /// positives of the other place are retired, all but the last.
+    fn supersede(&mut self, lesson: Lesson, demonstration: u32) -> Result<(), SituError> {
+        let through = |place: Place| -> Vec<SampleId> {
+            let all = self.model.starts([place].into_iter()).into_iter();
+            all.filter(|sample| self.model.before(*sample) == Some(lesson.after)).collect()
+        };
+        let newer = through(lesson.shown);
+        let Some(first) = newer.iter().map(|sample| sample.demonstration()).min() else { return Ok(()) };
+        if first > demonstration || self.model.histories()[first as usize].kind == Kind::Original {
+            return Ok(());
+        }
+        let others: Vec<Place> = self.model.children(lesson.after).filter(|child| *child != lesson.shown).collect();
+        let mut superseded: Vec<(Place, SampleId)> = Vec::new();
+        for other in others {
+            let older: Vec<SampleId> =
+                through(other).into_iter().filter(|sample| sample.demonstration() < first).collect();
+            let states = |samples: &[SampleId]| -> Vec<&State> {
+                samples.iter().map(|sample| self.model.state(*sample)).collect()
+            };
+            if !older.is_empty() && !are_told_apart(&states(&older), &states(&newer), self.learner.scales()) {
+                superseded.extend(older.into_iter().map(|sample| (other, sample)));
+            }
+        }
+        superseded.retain(|(place, sample)| self.model.retire(*place, *sample));
+        self.obedience.retired += superseded.len() as u32;
+        let places: BTreeSet<Place> = superseded.into_iter().map(|(place, _)| place).collect();
+        self.model.fit_classifiers(self.learner, &places, &mut self.counters)
+    }
+
     /// Retires what stands in the way of a lesson. Where it does not obey all the same, nothing stays retired for it.
     fn make_obey(&mut self, lesson: Lesson, demonstration: u32) -> Result<(), SituError> {
         let mut retired: Vec<(Place, SampleId)> = Vec::new();
@@ -85,10 +125,7 @@ impl<L: Learner> Update<'_, L> {
         let here = self.model.state(lesson.state);
         let scales = self.learner.scales();
         let distance = |sample: &SampleId| here.squared_distance(self.model.state(*sample), scales);
-        let is_shown_now = |sample: &SampleId| match sample {
-            SampleId::Start(id) => id.demonstration == demonstration,
-            SampleId::Final(own) | SampleId::Chosen { demonstration: own, .. } => *own == demonstration,
-        };
+        let is_shown_now = |sample: &SampleId| sample.demonstration() == demonstration;
         let through = positives.into_iter().filter(|sample| self.model.before(*sample) == Some(lesson.after));
         through
             .map(|sample| (is_shown_now(&sample), distance(&sample), sample))

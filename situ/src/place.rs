@@ -71,6 +71,17 @@ pub enum SampleId {
     },
 }
 
+impl SampleId {
+    /// Index of the demonstration, or of the correction with the trail, that it is of.
+    pub const fn demonstration(self) -> u32 {
+        match self {
+            Self::Start(SegmentId { demonstration, .. })
+            | Self::Final(demonstration)
+            | Self::Chosen { demonstration, .. } => demonstration,
+        }
+    }
+}
+
 /// The state samples that a classifier is fitted to.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Samples {

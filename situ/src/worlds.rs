@@ -68,12 +68,17 @@ pub fn is_in_own_world(state: &State, own: &[&State], other: &[&State], scales: 
     votes > 0.0
 }
 
+/// Whether some feature tells the states of `own` from those of `other`. False where one of the two has no state.
+pub fn are_told_apart(own: &[&State], other: &[&State], scales: &[f64]) -> bool {
+    let tells = |(feature, scale): (usize, &f64)| {
+        Range::of(own, feature, *scale).clearness(Range::of(other, feature, *scale)) > 1.0
+    };
+    !own.is_empty() && !other.is_empty() && scales.iter().enumerate().any(tells)
+}
+
 /// Whether some feature of `state` lies clearly beyond all of `own`. False where `own` has no state.
 pub fn is_unlike(state: &State, own: &[&State], scales: &[f64]) -> bool {
-    let is_beyond = |(feature, scale): (usize, &f64)| {
-        Range::of(own, feature, *scale).clearness(Range::of(&[state], feature, *scale)) > 1.0
-    };
-    !own.is_empty() && scales.iter().enumerate().any(is_beyond)
+    are_told_apart(own, &[state], scales)
 }
 
 #[cfg(test)]
@@ -119,6 +124,20 @@ mod tests {
     fn a_scale_is_the_unit_of_its_feature() {
         assert!(own([0.0, 0.0], &[[0.0, 0.0]], &[[0.0, 1.6]]), "1.6 of 10 is beyond the margin");
         assert!(!own([0.0, 0.0], &[[0.0, 0.0]], &[[0.0, 1.4]]));
+    }
+
+    #[test]
+    fn states_are_told_apart_by_one_feature() {
+        let told = |own: &[[f64; 2]], other: &[[f64; 2]]| {
+            let (own, other) = (states(own), states(other));
+            let (own, other): (Vec<&State>, Vec<&State>) = (own.iter().collect(), other.iter().collect());
+            are_told_apart(&own, &other, &[1.0, 10.0])
+        };
+        let here = [[0.0, 0.0], [0.2, 1.0]];
+        assert!(told(&here, &[[0.5, 0.5]]) && told(&here, &[[0.5, 0.5], [0.9, -9.0]]));
+        assert!(!told(&here, &[[0.5, 0.5], [-0.5, 0.5]]), "on both sides");
+        assert!(!told(&here, &[[0.3, 0.5]]), "not clearly");
+        assert!(!told(&[], &[[0.5, 0.5]]) && !told(&here, &[]), "nothing is known");
     }
 
     #[test]

@@ -8,8 +8,9 @@ use crate::vocabulary::{Arguments, Number, Role, vocabulary};
 
 /// Scale of offsets and distances, in metres (D16).
 pub const LENGTH_SCALE: f64 = 0.2;
-/// Scale of fill fractions (D16).
-pub const FILL_SCALE: f64 = 0.3;
+/// Scale of fill fractions: a tenth of the beads, about what a ladle holds, is a difference that matters (D16 says 0.3,
+/// in which one ladle and two look alike).
+pub const FILL_SCALE: f64 = 0.1;
 /// Scale of tilts, in radians (D16).
 pub const TILT_SCALE: f64 = 0.5;
 /// Scale of the gripper's opening, in metres: half of its stroke rounded up (D16 says 0.5 for the opening as a

@@ -39,13 +39,10 @@ impl<L: Learner> TaskModel<L> {
         Ok(())
     }
 
-    /// Takes a positive away from a place that has others. The history keeps it (decision D22).
-    pub fn retire(&mut self, place: Place, sample: SampleId) {
-        if let Some(samples) = self.samples_mut(place)
-            && samples.positives.len() > 1
-        {
-            samples.positives.remove(&sample);
-        }
+    /// Takes a positive away from a place that has others, and says whether it did. The history keeps it (decision
+    /// D22).
+    pub fn retire(&mut self, place: Place, sample: SampleId) -> bool {
+        self.samples_mut(place).is_some_and(|samples| samples.positives.len() > 1 && samples.positives.remove(&sample))
     }
 
     /// Gives a positive back that was retired.

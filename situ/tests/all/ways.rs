@@ -227,6 +227,39 @@ fn d22_where_something_was_shown_it_is_chosen() {
     assert!(positives.contains(&start(1, 1)) && !obeys && obedience.disobeyed == 1, "{obedience:?}");
 }
 
+/// The task was over after A, and now B is wanted after it.
+#[test]
+fn d22_what_nothing_tells_from_it_is_superseded() {
+    let model = taught(&[(&[A], Some(3.0)), (&[A], Some(3.2))], 2.0);
+    let ends = |state: f64, decisions| {
+        let before = Before::default();
+        let (after, trace) =
+            given(&(&model.0, &model.1), Some(id(0, 0)), &before, &[(1, 0.0, state)], Some(9.0), decisions);
+        (after.end().samples.positives.clone(), trace.obedience.retired)
+    };
+    let [one, two, new] = [0, 1, 2].map(SampleId::Final);
+    assert_eq!(ends(3.1, MENDED), (BTreeSet::from([new]), 2), "the states look alike: the newer holds");
+    assert_eq!(ends(3.45, MENDED).0, BTreeSet::from([one, two, new]), "told by more than the range of the older");
+    assert_eq!(ends(3.1, Decisions { obey: false, ..MENDED }), (BTreeSet::from([one, two, new]), 0));
+    // What the originals show beside it is no contradiction.
+    let either = taught(&[(&[A], Some(3.0)), (&[A, (1, 0.0, 3.1)], Some(9.0))], 2.0);
+    let before = Before::default();
+    let (after, _) = given(&(&either.0, &either.1), Some(id(0, 0)), &before, &[(1, 0.0, 3.1)], Some(9.0), MENDED);
+    assert!(after.end().samples.positives.contains(&one));
+}
+
+/// What follows tells, but the segment is not displaced from what it seems to take the place of.
+#[test]
+fn d19_a_clumsy_instance_takes_no_place() {
+    let model = taught(&[(&[A, B, C], Some(3.0)), (&[A, B, C], Some(3.0))], 2.0);
+    let far = |limit| Decisions { modify: Some(rule(limit)), ..MENDED };
+    for (limit, branch) in [(4.0, Branch::Modify), (6.0, Branch::Existing)] {
+        let words = [(1, 5.0, 1.0), C];
+        let (after, steps) = corrected(&model, Some(id(0, 0)), &words, Some(3.0), far(limit));
+        assert_eq!((steps[0].branch, steps[0].matched_in, after.len()), (branch, MatchedIn::None, 3));
+    }
+}
+
 /// The first segment of the last demonstration.
 fn trace_segment(model: &TaskModel<Toy>) -> SegmentId {
     id(model.histories().len() as u32 - 1, 0)
