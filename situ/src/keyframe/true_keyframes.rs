@@ -10,9 +10,9 @@
 //!   median is true, where each segment has one vote. The others are left out, and the fit goes on from there.
 //! - *Nor has a true keyframe two gripper commands.* Where some state has, or explains two keyframes of one segment,
 //!   the even cut may have been a bad start: one segment with many tries at one thing has more keyframes than all
-//!   others together. Then the keyframes of single segments are starts too, and the one counts which explains best what
-//! it leaves. A keyframe is better left out where it is less likely than at the 95th percentile of the floor (decision
-//!   D12).
+//!   others together. Then the keyframes of single segments are starts too, and the one counts which explains best
+//!   what it leaves. A keyframe is better left out where it is less likely than at the 95th percentile of the floor
+//!   (decision D12).
 //!
 //! The limit: where most segments have a needless keyframe, each at another place, there are as many hidden states as
 //! that makes (decision D14). One of them may then hold the contacts of some segments together with the needless
