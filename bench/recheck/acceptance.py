@@ -21,8 +21,7 @@ ORACLE = "oracle_edit"
 TEACHERS = ("expert", "novice")
 GOOD = 0.9
 
-# What a row is of: its name, and the runs that it counts.
-Rows = Sequence[tuple[str, Callable[[Run], bool]]]
+# What a run adds to a value.
 Of = Callable[[Run], Terms | None]
 
 
@@ -85,7 +84,8 @@ def retrieved(run: Run) -> Terms | None:
 def index_size(run: Run) -> Terms | None:
     """|Z| over |T|, summed over the segments."""
     steps = [step for one in run.corrections for step in one.steps]
-    return (float(sum(step.applicable for step in steps)), float(sum(step.model_size for step in steps))) if steps else None
+    applicable, known = sum(step.applicable for step in steps), sum(step.model_size for step in steps)
+    return (float(applicable), float(known)) if steps else None
 
 
 def cell(runs: Iterable[Run], of: Of) -> str:
@@ -145,6 +145,12 @@ def beside_oracle(now: list[Run], oracle: list[Run], shown: set[tuple[str, str]]
     return lines
 
 
+# What a cell is compared in, and the sign of what is worse.
+COMPARED: list[tuple[str, Of, float]] = [
+    ("demonstrations", demonstrations, 1.0), ("changed", changed, -1.0), ("kept", kept, -1.0),
+]
+
+
 def cells_apart(now: list[Run], former: list[Run]) -> list[str]:
     """Every variation and teacher: reached, with Wilson's interval, demonstrations and success, now and before."""
     lines = _head(["cell", "reached", "before", "demonstrations", "before", "changed", "before", "kept", "before", ""])
@@ -155,13 +161,10 @@ def cells_apart(now: list[Run], former: list[Run]) -> list[str]:
         sides = own[name], old[name]
         values = [
             [quotient([terms for run in side if (terms := of(run)) is not None]) for side in sides]
-            for of in (demonstrations, changed, kept)
+            for _, of, _ in COMPARED
         ]
         counts = [(sum(run.is_reached() for run in side), len(side)) for side in sides]
-        worse = [
-            what for what, of, sign in (("demonstrations", demonstrations, 1.0), ("changed", changed, -1.0), ("kept", kept, -1.0))
-            if is_worse(sides[0], sides[1], of, sign)
-        ]
+        worse = [what for what, of, sign in COMPARED if is_worse(sides[0], sides[1], of, sign)]
         low, high = wilson(*counts[0])
         numbers = [number for pair in values for number in pair]
         lines.append(_line([
