@@ -145,6 +145,34 @@ def beside_oracle(now: list[Run], oracle: list[Run], shown: set[tuple[str, str]]
     return lines
 
 
+def beside_others(now: list[Run], others: dict[str, list[Run]], shown: set[tuple[str, str]]) -> list[str]:
+    """Two lines for each other ledger: its own, and that of `situ` now on the same runs."""
+    def is_shown(run: Run) -> bool:
+        return (run.task, run.variation) in shown
+
+    modified, added = "node-modification", ("node-addition", "edge-addition")
+    asked: list[tuple[str, Of, Callable[[Run], bool]]] = [
+        ("first edit right: additions", first_edit, lambda run: run.edit in added),
+        ("modifications", first_edit, lambda run: run.edit == modified),
+        ("reached", reached, lambda run: run.edit in EDITS[:3]),
+        ("demonstrations", demonstrations, lambda run: run.edit in EDITS[:3]),
+        ("changed", changed, lambda run: run.edit in EDITS[:3]),
+        ("kept: shown modifications", kept, lambda run: run.edit == modified and is_shown(run)),
+        ("other modifications", kept, lambda run: run.edit == modified and not is_shown(run)),
+        ("additions", kept, lambda run: run.edit in added),
+        ("both ≥ 9/10: shown modifications", both, lambda run: run.edit == modified and is_shown(run)),
+        ("other modifications", both, lambda run: run.edit == modified and not is_shown(run)),
+        ("all changes", both, lambda run: run.edit in EDITS[:3]),
+    ]
+    lines = _head(["", "runs", *(name for name, _, _ in asked)])
+    for name, runs in others.items():
+        places = {run.place() for run in runs}
+        for title, side in ((name, runs), ("now", [run for run in now if run.place() in places])):
+            cells = (cell(filter(counts, side), of) for _, of, counts in asked)
+            lines.append(_line([title, str(len(side)), *cells]))
+    return lines
+
+
 # What a cell is compared in, and the sign of what is worse.
 COMPARED: list[tuple[str, Of, float]] = [
     ("demonstrations", demonstrations, 1.0), ("changed", changed, -1.0), ("kept", kept, -1.0),
@@ -197,7 +225,9 @@ ledger does not tell a way back, along which something is shown again, from anot
 its own; so the next line forgives what is made beside the needed edit. *Kept*: successes on the original task after
 the last correction over those before the first, from the same fresh starts. A run that did not reach the target counts
 its budget of demonstrations. *Worse* is a cell whose paired difference over seeds is worse and its interval is without
-0. Intervals of 95 % by units (family × seed); of a cell, Wilson's."""
+0. Intervals of 95 % by units (family × seed); of a cell, Wilson's. Below each other method, and below each other
+setting of `situ` (the name of its folder: `next` is the executor that tries the next way and the next child), stands
+`situ` now on the same runs."""
 
 
 def _runs(folders: Sequence[str]) -> list[Run]:
@@ -211,21 +241,25 @@ def main(arguments: list[str]) -> int:
         return 2
     try:
         shown = shown_cells(Path(arguments[0]))
-        now, former, others = _runs(arguments[1:2]), _runs(arguments[2:3]), _runs(arguments[3:])
+        now, former = _runs(arguments[1:2]), _runs(arguments[2:3])
+        # By method; `situ` itself, under another protocol, by the folder.
+        others = grouped((Path(folder).name if run.method == SITU else run.method, run)
+                         for folder in arguments[3:] for run in _runs([folder]))
     except (OSError, KeyError, LedgerError) as error:
         print(error, file=sys.stderr)
         return 2
     now = [run for run in now if run.method == SITU]
-    methods = grouped((run.method, run) for run in others)
     print(HEADING.format(" ".join(arguments)))
     print(f"{len(now)} runs now and {len(former)} before that say something about the method.")
     ledgers = {"now": now, "before": former}
     for teacher in TEACHERS:
         ledgers |= {f"{teacher}, {name}": [run for run in runs if run.teacher == teacher]
                     for name, runs in (("now", now), ("before", former))}
-    print("\n".join(lines_of(ledgers | {name: runs for name, runs in methods.items() if name != ORACLE}, shown)))
-    if ORACLE in methods:
-        print("\n".join(beside_oracle(now, methods[ORACLE], shown)))
+    print("\n".join(lines_of(ledgers, shown)))
+    if ORACLE in others:
+        print("\n".join(beside_oracle(now, others[ORACLE], shown)))
+    if others:
+        print("\n".join(beside_others(now, others, shown)))
     print("\n".join(cells_apart(now, former)))
     print(NOTE)
     return 0

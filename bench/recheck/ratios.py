@@ -20,9 +20,11 @@ def quotient(of: Sequence[Terms]) -> float | None:
 
 
 def interval(known: Sequence[tuple[Run, Terms]]) -> tuple[float, float] | None:
-    """The 2.5th and the 97.5th percentile of the ratio over resamples of units."""
+    """The 2.5th and the 97.5th percentile of the ratio over resamples of units; none where no family has two units."""
     units = grouped((run.unit(), terms) for run, terms in known)
     families = list(grouped((unit[0], unit) for unit in units).values())
+    if all(len(family) == 1 for family in families):
+        return None
     generator, drawn = random.Random(SEED), []
     for _ in range(RESAMPLES):
         chosen = [generator.choice(family) for family in families for _ in family]
@@ -35,6 +37,8 @@ def interval(known: Sequence[tuple[Run, Terms]]) -> tuple[float, float] | None:
 
 
 def ratio(known: Sequence[tuple[Run, Terms]]) -> str:
-    """The ratio and its interval, or a dash where there is none."""
+    """The ratio and its interval, if it has one, or a dash where there is no ratio."""
     middle, ends = quotient([terms for _, terms in known]), interval(known)
-    return "–" if middle is None or ends is None else f"{middle:.2f} [{ends[0]:.2f}, {ends[1]:.2f}]"
+    if middle is None:
+        return "–"
+    return f"{middle:.2f}" if ends is None else f"{middle:.2f} [{ends[0]:.2f}, {ends[1]:.2f}]"
