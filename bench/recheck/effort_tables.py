@@ -22,7 +22,7 @@ def headline(ledger: Ledger) -> Table:
 
     columns = [
         RUNS, UNITS, VARIATIONS,
-        *endings("untaught", "spoilt", "gave_up"),
+        *endings("untaught", "spoilt", "gave_up", "broken_off"),
         pooled("changed", lambda row: success(row.counted(), lambda run: run.after)),
         pooled("original_before", original_before),
         pooled("original", lambda row: success(row.counted(), lambda run: run.original_after)),
@@ -51,7 +51,7 @@ def t1(ledger: Ledger) -> Table:
 
     columns = [
         count("seeds", lambda row: len(row.counted())),
-        *endings("not_applicable", "untaught", "spoilt", "gave_up"),
+        *endings("not_applicable", "untaught", "spoilt", "gave_up", "broken_off"),
         pooled("before", lambda row: success(row.counted(), lambda run: run.before)),
         pooled("after", lambda row: success(row.counted(), lambda run: run.after)),
         pooled("once", lambda row: once(row.counted())),
@@ -83,7 +83,7 @@ def methods(ledger: Ledger) -> Table:
 
     columns = [
         RUNS, UNITS, VARIATIONS,
-        *endings("not_applicable", "untaught", "spoilt", "gave_up"),
+        *endings("not_applicable", "untaught", "spoilt", "gave_up", "broken_off"),
         pooled("reached", lambda row: share_of([(run, (run.is_reached(), 1)) for run in row.counted()])),
         count("below_target", lambda row: sum(run.is_reached_by_luck() for run in row.counted())),
         pooled("after", lambda row: success(row.counted(), lambda run: run.after)),
@@ -124,7 +124,7 @@ def t6(ledger: Ledger) -> Table:
 
     columns = [
         RUNS, UNITS, VARIATIONS,
-        *endings("untaught", "spoilt", "gave_up"),
+        *endings("untaught", "spoilt", "gave_up", "broken_off"),
         pooled("changed", lambda row: success(row.counted(), lambda run: run.after)),
         pooled("original", lambda row: success(row.counted(), lambda run: run.original_after)),
         *efforts(*EFFORT),
@@ -139,6 +139,7 @@ def t6(ledger: Ledger) -> Table:
 def came_to_nothing(ledger: Ledger) -> Table:
     """Why runs came to nothing."""
     names = {"untaught": "untaught", "gave_up": "gave up", "spoilt": "spoilt"}
+    names |= {"method_error": "method error", "timed_out": "timed out", "panicked": "panicked"}
 
     def key(run: Run) -> tuple[str, ...]:
         place = ("all", "all") if run.ending == "untaught" else (run.variation, run.method)

@@ -7,6 +7,8 @@ from typing import Any
 
 SCHEMA = 2
 BINS = 10
+# How a run ends that is not done to its end: it counts its budget and no success.
+FAILURES = ("method_error", "timed_out", "panicked")
 
 # A decoded JSON object.
 Object = dict[str, Any]
@@ -140,7 +142,7 @@ class Run:
 
     def counts(self) -> bool:
         """Whether it says something about the method: it reached the target, or its budget or its teacher ended it."""
-        return self.ending in ("reached", "censored", "gave_up")
+        return self.ending in ("reached", "censored", "gave_up", *FAILURES)
 
     def is_reached(self) -> bool:
         """Whether the target was reached."""
@@ -284,7 +286,7 @@ def _reason(outcome: Object) -> tuple[str, str]:
 def _run(value: Object) -> Run:
     key, stage, outcome = value["key"], value["key"].get("stage"), value["outcome"]
     ending, why = (outcome, "") if isinstance(outcome, str) else _reason(outcome)
-    if ending not in ("reached", "censored", "gave_up", "untaught", "spoilt", "not_applicable"):
+    if ending not in ("reached", "censored", "gave_up", "untaught", "spoilt", "not_applicable", *FAILURES):
         raise LedgerError(f"an unknown outcome, {ending}")
     return Run(
         **{name: key[name] for name in ("protocol", "task", "variation", "edit", "teacher", "method", "seed")},

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from cells import Column, count, pooled, text
-from ledger import Run
+from ledger import FAILURES, Run
 from measures import effort, grouped, units, variations
 
 Pair = tuple[Run, Run]
@@ -52,7 +52,8 @@ VARIATIONS: Column[Row] = count("variations", lambda row: variations(row.counted
 
 
 def _ending(name: str) -> Column[Row]:
-    return count(name, lambda row: sum(run.ending == name for run in row.runs))
+    meant = FAILURES if name == "broken_off" else (name,)
+    return count(name, lambda row: sum(run.ending in meant for run in row.runs))
 
 
 def endings(*names: str) -> list[Column[Row]]:

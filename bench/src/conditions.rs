@@ -3,9 +3,8 @@
 //! Every random draw has a stream that is named by its purpose. No name holds the method: every method meets the same
 //! starts, the same noise of execution and the same teacher. Names of starts and of noise hold no teacher either.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use situ::edit::Edit;
 use situ::method::Method;
 use situ::random::stream;
 use situ::state::Schema;
@@ -16,7 +15,7 @@ use crate::archive::Archive;
 use crate::error::BenchError;
 use crate::memo::Memo;
 use crate::protocol::Protocol;
-use crate::record::{Key, Stage};
+use crate::record::Key;
 use crate::spending::{RunPhase, Spending, Steps};
 
 /// The conditions that all runs of one task, teacher and seed share.
@@ -26,6 +25,8 @@ pub struct Conditions<'a> {
     pub protocol: &'a Protocol,
     /// The teacher.
     pub teacher: &'a Teacher,
+    /// What the runs are made of ([`crate::content`]).
+    pub content: &'a str,
     /// The seed of the run: the root of all its streams.
     pub seed: u64,
     /// The task family.
@@ -42,6 +43,8 @@ pub struct Conditions<'a> {
     pub spending: &'a Spending,
     /// The part of the run to which the time counts.
     pub phase: RunPhase,
+    /// The steps of the run's physics so far, those that the memo had among them.
+    pub steps: &'a AtomicU64,
 }
 
 impl Conditions<'_> {
@@ -52,7 +55,20 @@ impl Conditions<'_> {
 
     /// Does a piece of work on this thread, and counts what is spent on it. `steps` reads the steps off its result.
     pub(crate) fn spend<T>(&self, work: impl FnOnce() -> T, steps: impl FnOnce(&T) -> Steps) -> T {
-        self.spending.spend(self.task, self.phase, work, steps)
+        self.spending.spend(self.task, self.phase, work, |result| {
+            let steps = steps(result);
+            self.steps.fetch_add(steps.simulated + steps.replayed, Ordering::Relaxed);
+            steps
+        })
+    }
+
+    /// Asked between two pieces of work, and never while one is under way: what it says must not depend on the threads.
+    ///
+    /// # Errors
+    /// [`BenchError::OutOfSteps`] where the run has used up its budget of steps.
+    pub(crate) fn check_steps(&self) -> Result<(), BenchError> {
+        let most = self.protocol.budget.steps;
+        if self.steps.load(Ordering::Relaxed) > most { Err(BenchError::OutOfSteps { most }) } else { Ok(()) }
     }
 
     /// The seed of one random draw on a setting: `purpose` and `numbers` name it. Every teacher's robot meets the same
@@ -85,31 +101,11 @@ impl Conditions<'_> {
 
     /// The name of a run.
     pub fn key(&self, setting: &Setting, method: &dyn Method) -> Key {
-        Key {
-            protocol: self.protocol.name.clone(),
-            task: setting.task.clone(),
-            variation: setting.variation.clone().unwrap_or_default(),
-            edit: needed(setting),
-            teacher: self.teacher.profile().name.clone(),
-            method: method.name().to_owned(),
-            seed: self.seed,
-            stage: None,
-        }
+        Key::of(&self.protocol.name, setting, &self.teacher.profile().name, method, self.seed).made_of(self.content)
     }
 
     /// The name of a run that is a stage of a sequence.
     pub fn stage_key(&self, sequence: &str, index: usize, setting: &Setting, method: &dyn Method) -> Key {
-        let stage = Stage { sequence: sequence.to_owned(), number: index as u32 + 1 };
-        Key { stage: Some(stage), ..self.key(setting, method) }
-    }
-}
-
-/// The edit that a setting says it needs, in the learner's words.
-fn needed(setting: &Setting) -> Edit {
-    match setting.edit {
-        situ_tasks::NeededEdit::NodeAddition => Edit::NodeAddition,
-        situ_tasks::NeededEdit::EdgeAddition => Edit::EdgeAddition,
-        situ_tasks::NeededEdit::NodeModification => Edit::NodeModification,
-        situ_tasks::NeededEdit::None => Edit::None,
+        self.key(setting, method).at(sequence, index)
     }
 }

@@ -70,6 +70,7 @@ use situ::place::SegmentId;
 use situ::segmentation::by_reference_object;
 use situ::state::{Feature, Schema, State};
 use situ::trail::{PastStep, StepEnd};
+use situ_tasks::name::shown;
 
 use crate::demonstration_content::{FileContent, FileGripper, FileKeyframe, FilePose, FileStep};
 use crate::error::BenchError;
@@ -81,6 +82,17 @@ pub use crate::demonstration_content::Instance;
 
 /// How far the length of a quaternion may be from 1. A few printed decimals lose so much.
 const QUATERNION_TOLERANCE: f64 = 1e-3;
+/// The greatest number of metres, seconds and newtons that is taken for one. Far beyond it a square is infinite.
+const FARTHEST: f64 = 1e6;
+/// The most scales of its feature that a number of a state may be.
+const MOST_SCALES: f64 = 1e9;
+/// The most features of a schema. The work of a fit grows with them.
+const MOST_FEATURES: usize = 10_000;
+/// The scales that a feature may have.
+const SCALES: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
+
+/// The most letters of a name.
+const LONGEST_NAME: usize = 200;
 
 /// A length this near to 1 differs by rounding alone. The quaternion then stays as it was written.
 const QUATERNION_ROUNDING: f64 = 4.0 * f64::EPSILON;
@@ -137,6 +149,10 @@ fn pose(pose: &FilePose, key: &str) -> Result<Pose, Mistake> {
     }
     let is_unit = (length - 1.0).abs() <= QUATERNION_ROUNDING;
     let rotation = UnitQuaternion::new_unchecked(if is_unit { quaternion } else { quaternion / length });
+    if let Some(axis) = pose.position.iter().position(|value| value.abs() > FARTHEST) {
+        let problem = format!("{:e} metres, expected at most {FARTHEST} either way", pose.position[axis]);
+        return Err(mistake(format!("{key}.position[{axis}]"), problem));
+    }
     let [x, y, z] = pose.position;
     Ok(Pose::from_parts(Translation3::new(x, y, z), rotation))
 }
@@ -146,13 +162,21 @@ fn state(values: &[f64], schema: &Schema, key: String) -> Result<State, Mistake>
         let problem = format!("{} numbers, expected {} (one a feature of the schema)", values.len(), schema.len());
         return Err(mistake(key, problem));
     }
+    let scales = schema.features().iter().map(|feature| feature.scale);
+    if let Some(index) = values.iter().zip(scales).position(|(value, scale)| (value / scale).abs() > MOST_SCALES) {
+        let problem = format!("{:e}, expected at most {MOST_SCALES} times the feature's scale", values[index]);
+        return Err(mistake(format!("{key}[{index}]"), problem));
+    }
     Ok(State::new(values))
 }
 
 fn schema(features: &[Feature]) -> Result<Schema, Mistake> {
+    if features.len() > MOST_FEATURES {
+        return Err(mistake("schema", format!("{} features, expected at most {MOST_FEATURES}", features.len())));
+    }
     for (index, feature) in features.iter().enumerate() {
-        if feature.scale <= 0.0 {
-            let problem = format!("{}, expected a scale above 0", feature.scale);
+        if !SCALES.contains(&feature.scale) {
+            let problem = format!("{}, expected a scale of {} to {}", feature.scale, SCALES.start(), SCALES.end());
             return Err(mistake(format!("schema[{index}].scale"), problem));
         }
         if let Some(first) = features[..index].iter().position(|other| other.name == feature.name) {
@@ -166,18 +190,19 @@ fn schema(features: &[Feature]) -> Result<Schema, Mistake> {
 fn keyframe(keyframe: &FileKeyframe, schema: &Schema, key: &str) -> Result<Keyframe, Mistake> {
     let (gripper, rule) = match keyframe.gripper.0 {
         Gripper::Opening(share) => ((0.0..=1.0).contains(&share), "an opening from 0 (closed) to 1 (open)"),
-        Gripper::Open(metres) => (metres >= 0.0, "a width of 0 metres or more"),
-        Gripper::Close(newtons) => (newtons >= 0.0, "a force of 0 newtons or more"),
+        Gripper::Open(metres) => ((0.0..=FARTHEST).contains(&metres), "a width of 0 to 1000000 metres"),
+        Gripper::Close(newtons) => ((0.0..=FARTHEST).contains(&newtons), "a force of 0 to 1000000 newtons"),
     };
     if !gripper {
         let problem = format!("{}, expected {rule}", keyframe.gripper.0.value());
         return Err(mistake(format!("{key}.gripper"), problem));
     }
-    if keyframe.hold < 0.0 {
-        return Err(mistake(format!("{key}.hold"), format!("{}, expected 0 seconds or more", keyframe.hold)));
+    if !(0.0..=FARTHEST).contains(&keyframe.hold) {
+        return Err(mistake(format!("{key}.hold"), format!("{}, expected 0 to {FARTHEST} seconds", keyframe.hold)));
     }
-    if keyframe.reference.is_empty() {
-        return Err(mistake(format!("{key}.reference"), "an empty name, expected that of an object"));
+    word(&keyframe.reference, format!("{key}.reference"), "that of an object")?;
+    if let Some(narration) = &keyframe.narration {
+        word(narration, format!("{key}.narration"), "that of a skill")?;
     }
     Ok(Keyframe {
         reference: keyframe.reference.as_str().into(),
@@ -191,9 +216,22 @@ fn keyframe(keyframe: &FileKeyframe, schema: &Schema, key: &str) -> Result<Keyfr
     })
 }
 
+/// Refuses a text that is no name: pictures and reports of the model show it on a line of its own.
+fn word(text: &str, key: String, expected: &str) -> Result<(), Mistake> {
+    if text.is_empty() {
+        return Err(mistake(key, format!("an empty name, expected {expected}")));
+    }
+    if text.chars().any(char::is_control) || text.chars().count() > LONGEST_NAME {
+        let problem = format!("`{text}`: expected a name of at most {LONGEST_NAME} letters and no control character");
+        return Err(mistake(key, problem));
+    }
+    Ok(())
+}
+
 fn checked(file: FileContent) -> Result<(Demonstration, Schema, Before), Mistake> {
-    if file.name.is_empty() {
-        return Err(mistake("name", "an empty name, expected one that no other demonstration has"));
+    word(&file.name, "name".to_owned(), "one that no other demonstration has")?;
+    for (index, feature) in file.schema.iter().enumerate() {
+        word(&feature.name, format!("schema[{index}].name"), "that of a feature")?;
     }
     if file.keyframes.is_empty() {
         return Err(mistake("keyframes", "an empty demonstration, expected at least one keyframe"));
@@ -260,6 +298,7 @@ impl DemonstrationFile {
     /// # Errors
     /// [`BenchError::Demonstration`].
     pub fn parse(text: String, path: &Path) -> Result<Self, BenchError> {
+        let text = text.strip_prefix('\u{feff}').map_or_else(|| text.clone(), str::to_owned);
         let mut deserializer = serde_json::Deserializer::from_str(&text);
         let read = serde_path_to_error::deserialize::<_, FileContent>(&mut deserializer).map_err(|error| {
             let (key, error) = (error.path().to_string(), error.into_inner());
@@ -272,7 +311,7 @@ impl DemonstrationFile {
         let file = file.map_err(|(key, error)| {
             let place = format!(" at line {} column {}", error.line(), error.column());
             let problem = error.to_string().replace(&place, "");
-            BenchError::Demonstration { path: path.to_owned(), line: error.line().max(1), key, problem }
+            mistaken(path, error.line().max(1), &key, &problem)
         })?;
         match checked(file) {
             Ok((demonstration, schema, before)) => {
@@ -312,8 +351,12 @@ impl DemonstrationFile {
 }
 
 fn refuse(path: &Path, text: &str, key: &str, problem: impl Into<String>) -> BenchError {
-    let line = line_of(text, key);
-    BenchError::Demonstration { path: path.to_owned(), line, key: key.to_owned(), problem: problem.into() }
+    mistaken(path, line_of(text, key), key, &problem.into())
+}
+
+/// The error of a mistake. Both texts may repeat what the file says.
+fn mistaken(path: &Path, line: usize, key: &str, problem: &str) -> BenchError {
+    BenchError::Demonstration { path: path.to_owned(), line, key: shown(key), problem: shown(problem) }
 }
 
 /// Checks files that are learned together, in the order in which they are learned: they have one schema, no name twice,

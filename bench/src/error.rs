@@ -4,9 +4,9 @@ use std::io;
 use std::path::PathBuf;
 
 use situ::error::SituError;
-use situ::place::{NodeId, SegmentId};
+use situ::place::{NodeId, Place, SegmentId};
 use situ_sim::SimError;
-use situ_tasks::TaskError;
+use situ_tasks::{TaskError, name};
 use situ_teachers::TeacherError;
 use thiserror::Error;
 
@@ -32,7 +32,15 @@ pub enum BenchError {
         /// The system's reason.
         source: io::Error,
     },
-    /// A line of a ledger, a protocol file or a baseline with a mistake.
+    /// A folder that another program writes into.
+    #[error("{}: {holder} writes there: wait for it, or give another --out", folder.display())]
+    Locked {
+        /// The folder.
+        folder: PathBuf,
+        /// Who writes there.
+        holder: String,
+    },
+    /// A line of a ledger or a baseline with a mistake.
     #[error("{}:{line}: {problem}", path.display())]
     Malformed {
         /// The file.
@@ -122,7 +130,37 @@ pub enum BenchError {
         /// The segment.
         segment: SegmentId,
     },
-    /// A demonstration that could not be learned.
+    /// A primitive that no hand can perform: its method made something of it that is no number, or that has no end.
+    #[error("primitive {node}: {problem}")]
+    Unusable {
+        /// The primitive.
+        node: NodeId,
+        /// What is wrong, and what was expected.
+        problem: String,
+    },
+    /// A probability that is none.
+    #[error("the primitive to follow {last} has the probability {probability}: expected 0 to 1")]
+    Improbable {
+        /// What ran last.
+        last: Place,
+        /// The number.
+        probability: f64,
+    },
+    /// A run that went on for too long.
+    #[error("more than {most} steps of the physics (`budget.steps`)")]
+    OutOfSteps {
+        /// The budget.
+        most: u64,
+    },
+    /// Original demonstrations that could not be learned.
+    #[error("the originals from {} on: {source}", path.display())]
+    Teach {
+        /// The file of the first.
+        path: PathBuf,
+        /// The learner's error.
+        source: SituError,
+    },
+    /// A correction that could not be learned.
     #[error("{}: {source}", path.display())]
     Learn {
         /// The demonstration's file.
@@ -170,7 +208,7 @@ pub enum BenchError {
 impl BenchError {
     /// A name that nothing has, and the names that there are.
     pub fn unknown<'a>(what: &'static str, name: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
-        Self::Unknown { what, name: name.to_owned(), known: known.into_iter().collect::<Vec<_>>().join(", ") }
+        Self::Unknown { what, name: name::shown(name), known: known.into_iter().collect::<Vec<_>>().join(", ") }
     }
 
     /// A correction's stop at a node that holds no segment.

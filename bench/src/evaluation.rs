@@ -74,7 +74,7 @@ impl<'a> Conditions<'a> {
     /// does.
     ///
     /// # Errors
-    /// An error of the task or the method; [`BenchError::Interrupted`].
+    /// An error of the task or the method; [`BenchError::OutOfSteps`]; [`BenchError::Interrupted`].
     pub fn decide(&self, model: &dyn Learned, setting: &Arc<Setting>, round: u32) -> Result<Evaluation, BenchError> {
         let mut evaluation = Evaluation::none(0);
         while self.is_within_reach(&evaluation)
@@ -104,6 +104,7 @@ impl<'a> Conditions<'a> {
         starts: Starts,
         evaluation: &mut Evaluation,
     ) -> Result<bool, BenchError> {
+        self.check_steps()?;
         let done = evaluation.begun;
         let indices: Vec<u32> = (done..self.protocol.rollouts.min(done + BATCH)).collect();
         let rollouts = indices.par_iter().map(|index| {

@@ -12,9 +12,15 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use situ_tasks::name::shown;
 
 use crate::error::BenchError;
+use crate::files;
 use crate::record::{CostRecord, Identity, Record, RunRecord, SCHEMA};
+use crate::strict_json::StrictJson;
+
+/// What some editors put before a text.
+const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 
 /// The content of a ledger.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -47,7 +53,8 @@ fn render(record: &Record) -> String {
 
 /// The record of a line, or the mistake in it.
 fn parse(line: &str) -> Result<Record, String> {
-    let value: Value = serde_json::from_str(line).map_err(|error| format!("not JSON: {error}"))?;
+    let StrictJson(value) = serde_json::from_str(line).map_err(|error| format!("not JSON of a record: {error}"))?;
+    check(&value, "")?;
     let Value::Object(mut fields) = value else { return Err("expected an object".to_owned()) };
     match fields.remove("schema") {
         Some(Value::Number(schema)) if schema.as_u64() == Some(SCHEMA) => {}
@@ -65,6 +72,56 @@ fn parse(line: &str) -> Result<Record, String> {
     }
 }
 
+/// Numbers of a record that are never negative, whatever holds them.
+const NOT_NEGATIVE: [&str; 4] = ["seconds", "metres", "update_seconds", "squares"];
+/// Counts of a record of which the first is a part of the second.
+const PARTS: [(&str, &str); 5] = [
+    ("successes", "rollouts"),
+    ("once", "rollouts"),
+    ("right", "choices"),
+    ("explained", "segments"),
+    ("both", "model"),
+];
+
+/// The greatest number of a record, either way, seeds apart. Sums and squares of such numbers are still finite.
+const MOST: f64 = 1e12;
+
+/// Refuses numbers that no run can have: more successes than rollouts, a time below 0. Refuses texts that a table could
+/// not show on one line; the reasons of failures are shown by none.
+fn check(value: &Value, path: &str) -> Result<(), String> {
+    let is = |key: &str| path == key || path.ends_with(&format!(".{key}"));
+    match value {
+        Value::Number(number) if !is("seed") && number.as_f64().is_some_and(|number| number.abs() > MOST) => {
+            Err(format!("key `{path}`: {number}, expected at most {MOST:e} either way"))
+        }
+        Value::String(text) if !is("why") && text.chars().any(char::is_control) => {
+            Err(format!("key `{path}`: a control character, expected plain text"))
+        }
+        Value::Array(items) => {
+            items.iter().enumerate().try_for_each(|(index, item)| check(item, &format!("{path}[{index}]")))
+        }
+        Value::Object(fields) => {
+            let number = |key: &str| fields.get(key).and_then(Value::as_f64);
+            let at = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
+            if let Some(key) = NOT_NEGATIVE.iter().find(|key| number(key).is_some_and(|number| number < 0.0)) {
+                return Err(format!("key `{}`: below 0, expected 0 or more", at(key)));
+            }
+            for (part, whole) in PARTS {
+                if let Some((part_of, all)) = number(part).zip(number(whole))
+                    && part_of > all
+                {
+                    return Err(format!("key `{}`: {part_of} of {all} {whole}, expected no more than all", at(part)));
+                }
+            }
+            if let Some(key) = fields.keys().find(|key| key.chars().any(char::is_control)) {
+                return Err(format!("key `{}`: a control character, expected plain text", at(key)));
+            }
+            fields.iter().try_for_each(|(key, value)| check(value, &at(key)))
+        }
+        _ => Ok(()),
+    }
+}
+
 fn typed<T: for<'a> Deserialize<'a>>(fields: Value) -> Result<T, String> {
     serde_path_to_error::deserialize(fields).map_err(|error| format!("key `{}`: {}", error.path(), error.inner()))
 }
@@ -72,9 +129,15 @@ fn typed<T: for<'a> Deserialize<'a>>(fields: Value) -> Result<T, String> {
 /// The records of a ledger's text, and how many bytes hold them: fewer than the text has where its end is torn.
 fn records(path: &Path, text: &[u8]) -> Result<(Vec<Record>, usize), BenchError> {
     let mut records = Vec::new();
-    let mut sound = 0;
+    // A byte-order mark is no part of the first line.
+    let mut sound = if text.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
+    let text = &text[sound..];
     for (index, bytes) in text.split_inclusive(|byte| *byte == b'\n').enumerate() {
-        let refuse = |problem| BenchError::Malformed { path: path.to_owned(), line: index + 1, problem };
+        let refuse = |problem: String| BenchError::Malformed {
+            path: path.to_owned(),
+            line: index + 1,
+            problem: shown(&problem),
+        };
         // A text ends too early if and only if it is the beginning of a JSON object.
         let ends_early = || serde_json::from_slice::<Value>(bytes).is_err_and(|error| error.is_eof());
         if bytes.last() != Some(&b'\n') && ends_early() {
@@ -96,8 +159,15 @@ fn torn_warning(path: &Path, line: usize) -> String {
 /// # Errors
 /// [`BenchError::Read`]; [`BenchError::Malformed`] for a line that is not a record, except a torn last one.
 pub fn read(path: &Path) -> Result<Contents, BenchError> {
-    let text = fs::read(path).map_err(|source| BenchError::Read { path: path.to_owned(), source })?;
-    let (records, sound) = records(path, &text)?;
+    contents(path, &fs::read(path).map_err(|source| BenchError::Read { path: path.to_owned(), source })?)
+}
+
+/// The content of a ledger's text; `path` is for messages.
+///
+/// # Errors
+/// [`BenchError::Malformed`], as [`read`].
+pub fn contents(path: &Path, text: &[u8]) -> Result<Contents, BenchError> {
+    let (records, sound) = records(path, text)?;
     let warnings = if sound < text.len() { vec![torn_warning(path, records.len() + 1)] } else { Vec::new() };
     Ok(Contents { records, warnings })
 }
@@ -127,6 +197,37 @@ pub fn read_all(paths: &[PathBuf]) -> Result<(Canonical, Vec<String>), BenchErro
         }
     }
     Ok((Canonical(known.into_values().map(|(_, record)| record).collect()), warnings))
+}
+
+/// The records, each run's first, and a warning for each that is left out.
+///
+/// # Errors
+/// [`BenchError::Conflict`] where two records of one run differ in more than their times.
+fn once(path: &Path, records: Vec<Record>) -> Result<(Vec<Record>, Vec<String>), BenchError> {
+    let mut first: BTreeMap<Identity, usize> = BTreeMap::new();
+    let (mut kept, mut warnings) = (Vec::new(), Vec::new());
+    let place = |index: usize| format!("{}:{}", path.display(), index + 1);
+    for (index, record) in records.iter().enumerate() {
+        let identity = record.identity();
+        match first.get(&identity) {
+            Some(other) if records[*other].without_times() != record.without_times() => {
+                let run = identity.to_string();
+                return Err(BenchError::Conflict { first: place(*other), second: place(index), run });
+            }
+            Some(other) => {
+                warnings.push(format!(
+                    "{}: {identity} stands in line {}, too: it is left out",
+                    place(index),
+                    other + 1
+                ));
+            }
+            None => {
+                first.insert(identity, index);
+                kept.push(record.clone());
+            }
+        }
+    }
+    Ok((kept, warnings))
 }
 
 /// Records in canonical order: runs by their keys, then costs. Every table is made of these.
@@ -162,10 +263,12 @@ pub struct Ledger {
 
 impl Ledger {
     /// Opens a ledger to add to it, or begins one; its folder must be there. Also returns its content, so that
-    /// finished runs need not be done again. A torn last line is cut off the file.
+    /// finished runs need not be done again. A torn last line is cut off the file, and a run that stands there twice is
+    /// left there once.
     ///
     /// # Errors
-    /// As [`read`]; [`BenchError::Write`].
+    /// As [`read`]; [`BenchError::Conflict`] where two records of one run differ in more than their times;
+    /// [`BenchError::Write`].
     pub fn open(path: &Path) -> Result<(Self, Contents), BenchError> {
         let wrong = |source| BenchError::Write { path: path.to_owned(), source };
         let text = match fs::read(path) {
@@ -173,8 +276,14 @@ impl Ledger {
             Err(error) if error.kind() == ErrorKind::NotFound => Vec::new(),
             Err(source) => return Err(BenchError::Read { path: path.to_owned(), source }),
         };
-        let (records, sound) = records(path, &text)?;
+        let (records, mut sound) = records(path, &text)?;
+        let (records, doubled) = once(path, records)?;
         let mut contents = Contents { records, warnings: Vec::new() };
+        if !doubled.is_empty() {
+            files::write_all(&[(path.to_owned(), self::text(&contents.records))])?;
+            contents.warnings = doubled;
+            sound = text.len();
+        }
         let file = OpenOptions::new().create(true).append(true).open(path).map_err(wrong)?;
         let mut ledger = Self { path: path.to_owned(), file };
         if sound < text.len() {
@@ -198,6 +307,7 @@ impl Ledger {
         if parse(line.trim_end()).map_err(refuse)? != *record {
             return Err(refuse(format!("{} does not read back as it was", record.identity())));
         }
+        let _writing = files::held();
         let written = self.file.write_all(line.as_bytes()).and_then(|()| self.file.sync_data());
         written.map_err(|source| BenchError::Write { path: self.path.clone(), source })
     }
@@ -278,6 +388,9 @@ mod tests {
             (good.replace("\"schema\":2,", ""), "`schema` is missing"),
             (good.replace("\"run\"", "\"rum\""), "expected \"run\" or \"cost\""),
             (good.replace("\"seed\":0", "\"seed\":-1"), "key `key.seed`"),
+            (good.replace("\"seed\":0", "\"seed\":0,\"seed\":0"), "`seed` stands there twice"),
+            (good.replace("\"seconds\":", "\"seconds\":-"), "seconds`: below 0"),
+            (good.replace("\"rollouts\":", "\"rollouts\":0,\"x\":"), "expected no more than all"),
             (good.replace("\"keyframes\":12", "\"keyframe\":12"), "key `original"),
             (good.replace("node-addition", "node-removal"), "node-removal"),
             ("{\"schema\":2,\n".to_owned(), "not JSON"),

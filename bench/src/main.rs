@@ -1,7 +1,8 @@
 //! `situ-bench`: the benchmark of learning from corrective demonstrations. Each verb explains itself with `--help`.
 //!
 //! Exit status: 0; 1 where the machine failed (a disk, say) or a check did; 2 where the input was bad, and then nothing
-//! is written by halves.
+//! is written by halves; 130 where the user interrupted it. A run that broke off is recorded as that, and is no failure
+//! of the program.
 
 use std::io::{self, ErrorKind, Write};
 use std::path::PathBuf;
@@ -9,7 +10,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use situ_bench::cmd::{
-    check::Check, cost::Cost, learn::Learn, list::List, run::Run, show::Show, supersede::Supersede, tables::Tables,
+    check::Check, cost::Cost, learn::Learn, list::List, merge::Merge, run::Run, say, show::Show, supersede::Supersede,
+    tables::Tables,
 };
 use situ_bench::error::BenchError;
 
@@ -29,7 +31,8 @@ Examples:
   situ-bench tables quick.jsonl --out tables
   situ-bench learn original.json --correct correction.json --dot model.dot
 
-Exit status: 0; 1 where the machine or a check failed; 2 where the input was bad."
+Exit status: 0; 1 where the machine or a check failed; 2 where the input was bad; 130 where it was interrupted. A run
+that broke off is in the ledger and in the table `endings`, and no failure of the program."
 )]
 struct Arguments {
     #[command(subcommand)]
@@ -42,6 +45,7 @@ enum Verb {
     Check(Check),
     Cost(Cost),
     List(List),
+    Merge(Merge),
     Tables(Tables),
     Learn(Learn),
     Show(Show),
@@ -61,8 +65,9 @@ fn main() -> ExitCode {
             result => result.map(|_| ()),
         },
         Verb::List(list) => list.run().and_then(|text| print(&text)),
+        Verb::Merge(merge) => merge.run().and_then(|text| print(&text)),
         Verb::Tables(tables) => tables.run().and_then(|printed| {
-            printed.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+            printed.warnings.iter().for_each(|warning| say(&format!("warning: {warning}")));
             print(&printed.text)
         }),
         Verb::Learn(learn) => learn.run().and_then(|text| print(&text)),
@@ -72,7 +77,7 @@ fn main() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error}");
+            say(&format!("error: {error}"));
             ExitCode::from(error.exit_status())
         }
     }

@@ -21,13 +21,16 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
+use crate::digest::hash;
 use crate::error::BenchError;
 use crate::machine::Machine;
-use crate::program::{self, UNKNOWN, checkout};
+use crate::plan::Filter;
+use crate::program::{self, UNKNOWN};
 use crate::protocol::Protocol;
 use crate::record::SCHEMA;
+use crate::shard::Shard;
+use crate::tally::is_default;
 
 /// The manifest's name in its folder.
 pub const FILE: &str = "manifest.toml";
@@ -105,14 +108,18 @@ pub struct Manifest {
     /// The hash of each teacher's file, by the teacher's name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub teachers: BTreeMap<String, String>,
+    /// Which of the protocol's runs were asked for; all where it is left out.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub wanted: Filter,
+    /// The part of these runs that the folder holds, where it is one of several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shard: Option<Shard>,
+    /// Other kinds of machines that made records.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub other_machines: Vec<Machine>,
     /// What else added records, where that was permitted.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub mixed: Vec<Provenance>,
-}
-
-/// The hash of a file's content.
-pub fn hash(content: impl AsRef<[u8]>) -> String {
-    checkout::hex(&Sha256::digest(content))
 }
 
 /// The path of the manifest beside a ledger.
@@ -155,6 +162,9 @@ impl Manifest {
             machine: Machine::here(),
             tasks,
             teachers,
+            wanted: Filter::default(),
+            shard: None,
+            other_machines: Vec::new(),
             mixed: Vec::new(),
         }
     }
@@ -182,6 +192,24 @@ impl Manifest {
         format!("{HEAD}{fields}")
     }
 
+    /// Notes that a machine makes records.
+    pub fn meet(&mut self, machine: &Machine) {
+        if self.machine != *machine && !self.other_machines.contains(machine) {
+            self.other_machines.push(machine.clone());
+        }
+    }
+
+    /// Notes what another part of the same runs says of itself: what made it, where, and why it has been overtaken.
+    pub fn absorb(&mut self, part: &Self) {
+        [&part.machine].into_iter().chain(&part.other_machines).for_each(|machine| self.meet(machine));
+        for provenance in [&part.provenance].into_iter().chain(&part.mixed) {
+            self.mix(provenance);
+        }
+        if self.superseded.is_none() {
+            self.superseded.clone_from(&part.superseded);
+        }
+    }
+
     /// Notes that something else adds records. Whether there was anything to note.
     pub fn mix(&mut self, other: &Provenance) -> bool {
         let is_new = ![&self.provenance].into_iter().chain(&self.mixed).any(|known| known.agrees_with(other));
@@ -196,12 +224,6 @@ impl Manifest {
 mod tests {
     use super::*;
 
-    /// Hashes as `sha256sum` prints them, and the version as `printf 'schema 2\nprotocol …' | sha256sum` does.
-    #[test]
-    fn hashes_are_those_of_sha256sum() {
-        assert_eq!(hash("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
-    }
-
     fn manifest() -> Manifest {
         let hashes = |name: &str| BTreeMap::from([(name.to_owned(), hash(name))]);
         Manifest::new(&Protocol::find("quick").unwrap(), "arm", hashes("pour"), hashes("novice"))
@@ -215,6 +237,10 @@ mod tests {
         let mut manifest = manifest();
         manifest.mix(&Provenance::unknown());
         manifest.superseded = Some("\"Fresh\" starts.".to_owned());
+        manifest.meet(&Machine::here());
+        assert_eq!(manifest.other_machines, []);
+        (0..2).for_each(|_| manifest.meet(&Machine::unknown()));
+        assert_eq!(manifest.other_machines, [Machine::unknown()]);
         fs::write(&path, manifest.text()).unwrap();
         assert_eq!(Manifest::read(&path).unwrap(), Some(manifest.clone()));
         assert_eq!(manifest.text(), Manifest::read(&path).unwrap().unwrap().text(), "the same bytes");

@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use situ::segment::RelativeKeyframe;
 use situ_tasks::Episode;
@@ -142,8 +142,9 @@ pub struct Cursor<'a> {
     replayed: u64,
 }
 
+/// A run that panicked while it held a part of the memo has changed nothing there by halves.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().expect("no holder of the memo panics")
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl<'a> Memo<'a> {

@@ -1,30 +1,42 @@
 //! The runs of a protocol, every name looked up.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
 use situ::edit::Edit;
 use situ::method::{self, KEYFRAME_AUTOMATON, Method, Role};
 use situ::state::Schema;
 use situ_tasks::{NeededEdit, Registry, Setting, Task};
 use situ_teachers::{Roster, Teacher, convert};
 
+use crate::content;
 use crate::error::BenchError;
 use crate::protocol::{CostSeries, Protocol, Variations};
+use crate::record::{Identity, Key};
+use crate::shard::Shard;
 use crate::synthetic::Parameters;
+use crate::tally::count;
 
 /// Which of a protocol's runs to do: of each list all that it names, everything where it is empty.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Filter {
     /// Task families.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tasks: Vec<String>,
     /// Variations. Where sequences are named, no other variations than these are run alone.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub variations: Vec<String>,
     /// Sequences of variations. Where variations are named, no other sequences than these are run.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sequences: Vec<String>,
     /// Methods; one that the protocol does not name is added.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub methods: Vec<String>,
     /// Teacher profiles; one that the protocol does not name is added.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub teachers: Vec<String>,
 }
 
@@ -44,11 +56,30 @@ pub(crate) struct CostGroup {
     pub(crate) corrections: u32,
 }
 
+impl CostGroup {
+    /// The name of a record.
+    pub(crate) fn identity(&self, protocol: &str, edit: Edit, correction: u32) -> Identity {
+        let Parameters { nodes, originals, seed, .. } = self.parameters;
+        Identity::Cost {
+            protocol: protocol.to_owned(),
+            series: self.series.clone(),
+            method: self.method.name().to_owned(),
+            edit,
+            nodes: count(nodes),
+            originals: count(originals),
+            seed,
+            correction,
+        }
+    }
+}
+
 /// Runs that share an original task, its teacher and a seed.
 pub(crate) struct Group {
     pub(crate) family: Arc<Family>,
     pub(crate) teacher: Teacher,
     pub(crate) seed: u64,
+    /// What its runs are made of ([`content`]).
+    pub(crate) content: Arc<str>,
 }
 
 /// An original task, and the variations that are to be run.
@@ -75,7 +106,7 @@ pub(crate) struct Sequence {
     pub(crate) settings: Vec<Arc<Setting>>,
 }
 
-/// The wanted names, or the default ones where none is wanted.
+/// The wanted names, each once, or the default ones where none is wanted.
 ///
 /// # Errors
 /// A name that nothing has, with the known ones.
@@ -84,11 +115,31 @@ fn chosen<'a>(
     wanted: &'a [String],
     default: &'a [String],
     known: &[String],
-) -> Result<&'a [String], BenchError> {
+) -> Result<Vec<&'a String>, BenchError> {
     let names = if wanted.is_empty() { default } else { wanted };
     match names.iter().find(|name| !known.contains(name)) {
         Some(name) => Err(BenchError::unknown(what, name, known.iter().map(String::as_str))),
-        None => Ok(names),
+        None => Ok(once(names)),
+    }
+}
+
+/// The names in their order, each once.
+fn once(names: &[String]) -> Vec<&String> {
+    let mut met = BTreeSet::new();
+    names.iter().filter(|name| met.insert(*name)).collect()
+}
+
+/// So many seeds from the first.
+///
+/// # Errors
+/// [`BenchError::Argument`] where there are not so many.
+fn seeds(first: u64, count: u64) -> Result<RangeInclusive<u64>, BenchError> {
+    match first.checked_add(count.saturating_sub(1)) {
+        Some(last) => Ok(first..=last),
+        None => Err(BenchError::Argument(format!(
+            "--seed {first}: expected at most {}, for the protocol has {count} seeds",
+            u64::MAX - (count - 1)
+        ))),
     }
 }
 
@@ -103,7 +154,7 @@ impl Plan {
     /// # Errors
     /// A name that nothing has, with the known ones.
     pub fn new(protocol: Protocol, filter: &Filter, registry: &Registry, roster: &Roster) -> Result<Self, BenchError> {
-        let first_seed = protocol.first_seed;
+        let all_seeds = seeds(protocol.first_seed, protocol.seeds)?;
         let known: Vec<String> = registry.names().map(str::to_owned).collect();
         let tasks = chosen("task", &filter.tasks, &protocol.tasks, &known)?;
         let methods = chosen("method", &filter.methods, &protocol.methods, &methods_that(|_| true))?;
@@ -116,10 +167,13 @@ impl Plan {
         let mut groups = Vec::new();
         for task in &tasks {
             let Some(family) = filter.family(task, &protocol)?.map(Arc::new) else { continue };
-            for teacher in teachers {
-                let teacher = Teacher::new(roster.get(teacher)?.clone());
-                for seed in first_seed..first_seed.saturating_add(protocol.seeds) {
-                    groups.push(Group { family: Arc::clone(&family), teacher: teacher.clone(), seed });
+            for name in once(teachers) {
+                let teacher = Teacher::new(roster.get(name)?.clone());
+                let texts = [registry.text(&family.original.task), roster.text(name)].map(Option::unwrap_or_default);
+                let content: Arc<str> = content::of(&protocol, family.original.plant, texts[0], texts[1]).into();
+                for seed in all_seeds.clone() {
+                    let (family, teacher, content) = (Arc::clone(&family), teacher.clone(), Arc::clone(&content));
+                    groups.push(Group { family, teacher, seed, content });
                 }
             }
         }
@@ -130,9 +184,16 @@ impl Plan {
         chosen("sequence", &filter.sequences, &[], &known)?;
         let mut costs = Vec::new();
         for series in protocol.cost.iter().filter(|_| filter.names_no_run()) {
-            costs.extend(cost_groups(series, filter, first_seed)?);
+            costs.extend(cost_groups(series, filter, protocol.first_seed)?);
         }
         Ok(Self { protocol, groups, methods, costs })
+    }
+
+    /// The same with a method of one's own beside the others.
+    #[must_use]
+    pub fn with_method(mut self, method: Box<dyn Method>) -> Self {
+        self.methods.push(method);
+        self
     }
 
     /// The number of records that the plan makes.
@@ -144,6 +205,45 @@ impl Plan {
             single.sum::<usize>() + stages * in_sequence
         });
         runs.sum::<usize>() + self.costs.iter().map(|group| group.corrections as usize * Edit::ALL.len()).sum::<usize>()
+    }
+
+    /// The part of it that is a shard: every so many groups of runs, which share what they were taught, one.
+    #[must_use]
+    pub fn part(mut self, shard: Shard) -> Self {
+        let mut index = 0..;
+        self.groups.retain(|_| index.next().is_some_and(|index| shard.holds(index)));
+        let mut index = 0..;
+        self.costs.retain(|_| index.next().is_some_and(|index| shard.holds(index)));
+        self
+    }
+
+    /// The names of the records that the plan makes, each with its place, by which a shard [holds](Shard::holds) it.
+    pub fn places(&self) -> BTreeMap<Identity, usize> {
+        let mut all = BTreeMap::new();
+        for (place, Group { family, teacher, seed, content }) in self.groups.iter().enumerate() {
+            let teacher = &teacher.profile().name;
+            let key = |setting: &Setting, method: &dyn Method| {
+                Key::of(&self.protocol.name, setting, teacher, method, *seed).made_of(content)
+            };
+            for setting in &family.variations {
+                all.extend(self.methods_for(setting).map(|method| (Identity::Run(key(setting, method)), place)));
+            }
+            let in_sequence = || self.methods.iter().filter(|method| method.role() != Role::FromScratch);
+            for sequence in &family.sequences {
+                for (index, setting) in sequence.settings.iter().enumerate() {
+                    for method in in_sequence() {
+                        all.insert(Identity::Run(key(setting, &**method).at(&sequence.name, index)), place);
+                    }
+                }
+            }
+        }
+        for (place, group) in self.costs.iter().enumerate() {
+            let numbers = |edit| (0..group.corrections).map(move |number| (edit, number));
+            let all_of_it = Edit::ALL.into_iter().flat_map(numbers);
+            let name = |(edit, number)| group.identity(&self.protocol.name, edit, number);
+            all.extend(all_of_it.map(|one| (name(one), place)));
+        }
+        all
     }
 
     /// The methods that are run on a variation. A change that needs no edit needs no teaching from scratch either.
@@ -160,6 +260,25 @@ impl Plan {
 }
 
 impl Filter {
+    /// What one of the two asks for.
+    #[must_use]
+    pub fn or(&self, other: &Self) -> Self {
+        // An empty list asks for everything.
+        let either = |one: &[String], other: &[String]| -> Vec<String> {
+            if one.is_empty() || other.is_empty() {
+                return Vec::new();
+            }
+            once(&[one, other].concat()).into_iter().cloned().collect()
+        };
+        Self {
+            tasks: either(&self.tasks, &other.tasks),
+            variations: either(&self.variations, &other.variations),
+            sequences: either(&self.sequences, &other.sequences),
+            methods: either(&self.methods, &other.methods),
+            teachers: either(&self.teachers, &other.teachers),
+        }
+    }
+
     /// Whether all runs in physics are wanted; only then are costs measured.
     fn names_no_run(&self) -> bool {
         [&self.tasks, &self.variations, &self.sequences, &self.teachers].iter().all(|names| names.is_empty())
@@ -203,7 +322,7 @@ fn cost_groups(series: &CostSeries, filter: &Filter, first_seed: u64) -> Result<
         }
         for &nodes in &series.nodes {
             for &originals in &series.originals {
-                for seed in first_seed..first_seed.saturating_add(series.seeds) {
+                for seed in seeds(first_seed, series.seeds)? {
                     let Some(method) = method::named(name) else { continue };
                     let parameters = series.parameters(nodes, originals, seed);
                     let (series, corrections) = (series.series.clone(), series.corrections);

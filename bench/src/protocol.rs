@@ -1,9 +1,13 @@
 //! A protocol: which runs, how many, and when a task counts as taught. It is a TOML file.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use serde::Deserialize;
 use situ::keyframe::policy::Execution;
+use situ_tasks::FileKind;
+use situ_tasks::key::{Document, KeyPath};
+use situ_tasks::name;
 
 use crate::error::BenchError;
 use crate::executor::Executor;
@@ -19,6 +23,16 @@ pub struct Budget {
     pub originals: u32,
     /// Demonstrations of the changed task at the most: corrections, or full ones where a method is taught from scratch.
     pub demonstrations: u32,
+    /// Steps of the physics at the most. A run that needs more is `timed_out`, and the sweep goes on.
+    #[serde(default = "Budget::usual_steps")]
+    pub steps: u64,
+}
+
+impl Budget {
+    /// More than ten times as many as any run of the families takes.
+    fn usual_steps() -> u64 {
+        100_000_000
+    }
 }
 
 /// A series of measurements of update cost on synthetic automata, without physics. One thing varies and the rest is
@@ -176,65 +190,159 @@ impl Protocol {
     /// # Errors
     /// With file, line, key and what was expected.
     pub fn parse(text: &str, path: &Path) -> Result<Self, BenchError> {
-        let mut protocol: Self = toml::from_str(text).map_err(|error| {
-            let offset = error.span().map_or(0, |span| span.start);
-            BenchError::Malformed {
-                path: path.to_owned(),
-                line: line_of(text, offset),
-                problem: error.message().to_owned(),
-            }
-        })?;
-        let refuse = |key: &str, expected: &str| {
-            let last = key.rsplit('.').next().unwrap_or(key);
-            let line = text.lines().position(|line| line.trim_start().starts_with(last)).map_or(1, |index| index + 1);
-            Err(BenchError::Malformed { path: path.to_owned(), line, problem: format!("`{key}`: expected {expected}") })
-        };
-        if !(protocol.target > 0.0 && protocol.target <= 1.0) {
-            return refuse("target", "a rate above 0 and at most 1");
-        }
-        if !(0.0..=1.0).contains(&protocol.confidence) {
-            return refuse("confidence", "a probability from 0 to 1");
-        }
-        if protocol.rollouts == 0 {
-            return refuse("rollouts", "1 or more");
-        }
-        if protocol.seeds == 0 {
-            return refuse("seeds", "1 or more");
-        }
-        let budget = protocol.budget;
-        if budget.least_originals == 0 || budget.least_originals > budget.originals {
-            return refuse("budget.least_originals", "1 or more, and no more than `budget.originals`");
-        }
-        if budget.demonstrations == 0 {
-            return refuse("budget.demonstrations", "1 or more");
-        }
-        for (key, list) in
-            [("tasks", &protocol.tasks), ("teachers", &protocol.teachers), ("methods", &protocol.methods)]
-        {
-            // A protocol of update cost alone has no task.
-            if list.is_empty() && (key != "tasks" || protocol.cost.is_empty()) {
-                return refuse(key, "at least one name");
-            }
-        }
-        let mut series: Vec<&str> = protocol.cost.iter().map(|cost| cost.series.as_str()).collect();
-        series.sort_unstable();
-        if series.windows(2).any(|pair| pair[0] == pair[1]) {
-            return refuse("cost.series", "a name that no other series has");
-        }
-        if protocol.cost.iter().any(|cost| cost.nodes.iter().any(|nodes| *nodes < 10)) {
-            return refuse("cost.nodes", "sizes of 10 or more");
-        }
-        if protocol.cost.iter().any(|cost| cost.originals.iter().any(|originals| *originals < 2)) {
-            return refuse("cost.originals", "two or more: the second leaves the optional nodes out");
-        }
-        if protocol.cost.iter().any(|cost| cost.cells.is_some_and(|cells| cells < 5)) {
-            return refuse("cost.cells", "5 or more: neighbours must look different");
-        }
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let document = Document::parse(text, path)?;
+        document.check_kind(FileKind::Protocol)?;
+        document.check_finite()?;
+        check_integers(&document)?;
+        let mut protocol: Self = toml::from_str(text).map_err(|error| document.serde_error(&error))?;
+        protocol.check(&document)?;
         protocol.source = text.to_owned();
         Ok(protocol)
     }
+
+    /// Checks what no key can say for itself.
+    fn check(&self, document: &Document<'_>) -> Result<(), BenchError> {
+        let at = |key: &str| key.split('.').fold(KeyPath::default(), |key, name| key.field(name));
+        let refuse = |key: KeyPath, expected: String| Err(BenchError::from(document.error(&key, expected)));
+        if let Some(problem) = name::mistake(&self.name) {
+            return refuse(at("name"), problem);
+        }
+        if !(self.target > 0.0 && self.target <= 1.0) {
+            return refuse(at("target"), format!("{}: expected a rate above 0 and at most 1", self.target));
+        }
+        if !(0.0..=1.0).contains(&self.confidence) {
+            return refuse(at("confidence"), format!("{}: expected a probability from 0 to 1", self.confidence));
+        }
+        if self.budget.least_originals > self.budget.originals {
+            return refuse(at("budget.least_originals"), "expected no more than `budget.originals`".to_owned());
+        }
+        let lists = [("tasks", &self.tasks), ("teachers", &self.teachers), ("methods", &self.methods)];
+        for (key, list) in lists {
+            // A protocol of update cost alone has no task.
+            if list.is_empty() && (key != "tasks" || self.cost.is_empty()) {
+                return refuse(at(key), "expected at least one name".to_owned());
+            }
+        }
+        for (key, list) in lists.into_iter().chain([("joint", &self.pooled)]) {
+            if let Some(index) = second(list) {
+                return refuse(at(key).index(index), format!("`{}` stands there twice: expected once", list[index]));
+            }
+        }
+        self.check_costs(document)?;
+        self.check_size(document)
+    }
+
+    /// Checks the series of update costs.
+    fn check_costs(&self, document: &Document<'_>) -> Result<(), BenchError> {
+        let refuse = |key: KeyPath, expected: String| Err(BenchError::from(document.error(&key, expected)));
+        let mut met = BTreeSet::new();
+        for (index, cost) in self.cost.iter().enumerate() {
+            let at = |key: &str| KeyPath::default().field("cost").index(index).field(key);
+            if let Some(problem) = mistake_in_series(&cost.series) {
+                return refuse(at("series"), problem);
+            }
+            if !met.insert(&cost.series) {
+                return refuse(at("series"), "expected a name that no other series has".to_owned());
+            }
+            if let Some(second) = second(&cost.methods) {
+                return refuse(at("methods").index(second), "it stands there twice: expected once".to_owned());
+            }
+            for (key, list) in [("nodes", &cost.nodes), ("originals", &cost.originals)] {
+                if list.is_empty() {
+                    return refuse(at(key), "expected at least one number".to_owned());
+                }
+                if let Some(second) = second(list) {
+                    return refuse(at(key).index(second), "it stands there twice: expected once".to_owned());
+                }
+            }
+            let most = cost.originals.iter().copied().max().unwrap_or(0);
+            if let Some(nodes) = cost.nodes.iter().position(|nodes| nodes.saturating_mul(most) > MOST_SEGMENTS) {
+                let expected = format!("expected nodes × originals of at most {MOST_SEGMENTS}");
+                return refuse(at("nodes").index(nodes), expected);
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that there are not more records than a ledger can hold: each bound by itself leaves room for that.
+    fn check_size(&self, document: &Document<'_>) -> Result<(), BenchError> {
+        let refuse = |key: KeyPath, what: &str| {
+            Err(BenchError::from(document.error(&key, format!("expected {what} of at most {MOST_RUNS}"))))
+        };
+        let product = |factors: &[u64]| factors.iter().fold(1_u64, |product, factor| product.saturating_mul(*factor));
+        let lengths = [&self.tasks, &self.teachers, &self.methods].map(|list| list.len() as u64);
+        if product(&lengths).saturating_mul(self.seeds) > MOST_RUNS {
+            return refuse(KeyPath::default().field("seeds"), "tasks × teachers × methods × seeds");
+        }
+        let mut measured = 0_u64;
+        for (index, cost) in self.cost.iter().enumerate() {
+            let lengths = [cost.methods.len(), cost.nodes.len(), cost.originals.len()].map(|length| length as u64);
+            let updates = product(&[product(&lengths), cost.seeds, u64::from(cost.corrections)]);
+            measured = measured.saturating_add(updates);
+            if measured > MOST_RUNS {
+                let key = KeyPath::default().field("cost").index(index).field("seeds");
+                return refuse(key, "methods × nodes × originals × seeds × corrections over all series");
+            }
+        }
+        Ok(())
+    }
 }
 
-fn line_of(text: &str, offset: usize) -> usize {
-    text[..offset.min(text.len())].matches('\n').count() + 1
+/// The most runs in physics, and the most updates of each edit that are measured.
+const MOST_RUNS: u64 = 1_000_000;
+/// The most nodes times originals of an automaton whose updates are measured.
+const MOST_SEGMENTS: u32 = 1_000_000;
+
+/// The least and the greatest value of each integer of a protocol.
+const BOUNDS: [(&str, i64, i64); 12] = [
+    ("first_seed", 0, i64::MAX),
+    ("seeds", 1, 100_000),
+    ("rollouts", 1, 10_000),
+    ("budget.least_originals", 1, 1000),
+    ("budget.originals", 1, 1000),
+    ("budget.demonstrations", 1, 1000),
+    ("budget.steps", 1, 1_000_000_000_000),
+    // Ten nodes are needed for every edit to have its place.
+    ("cost.nodes", 10, 100_000),
+    // The second original leaves the optional nodes out.
+    ("cost.originals", 2, 1000),
+    // Neighbours must look different.
+    ("cost.cells", 5, 100_000),
+    ("cost.seeds", 1, 100_000),
+    ("cost.corrections", 1, 100_000),
+];
+
+/// Refuses an integer that is out of its bounds. That comes before all other checks: the number of another key that is
+/// wrong, too, may be one that no program should try.
+fn check_integers(document: &Document<'_>) -> Result<(), BenchError> {
+    for (key, value) in document.integers() {
+        let Some((_, least, most)) = BOUNDS.iter().find(|(name, ..)| *name == key.names()) else { continue };
+        if !value.is_some_and(|value| (*least..=*most).contains(&value)) {
+            let value = value.map_or_else(|| "a number beyond 64 bits".to_owned(), |value| value.to_string());
+            return Err(document.error(&key, format!("{value}: expected {least} to {most}")).into());
+        }
+    }
+    Ok(())
+}
+
+/// What is wrong with the name of a series, which stands in tables, but in no path: so it may be a phrase.
+fn mistake_in_series(series: &str) -> Option<String> {
+    let is_fine = |letter: char| letter.is_ascii_alphanumeric() || "_|, ".contains(letter);
+    let is_phrase = series.starts_with(|first: char| first.is_ascii_alphabetic()) && series.chars().all(is_fine);
+    (!is_phrase || series.len() > LONGEST_SERIES).then(|| {
+        format!(
+            "`{series}`: expected a name of at most {LONGEST_SERIES} letters, digits, `_`, `|`, commas and spaces that \
+             begins with a letter"
+        )
+    })
+}
+
+/// The most letters of the name of a series.
+const LONGEST_SERIES: usize = 60;
+
+/// The index of the first element that stands in the list before.
+fn second<T: Ord>(list: &[T]) -> Option<usize> {
+    let mut met = BTreeSet::new();
+    list.iter().position(|element| !met.insert(element))
 }

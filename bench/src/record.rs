@@ -8,8 +8,10 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 use situ::edit::Edit;
+use situ::method::Method;
 use situ::structure::Structure;
 use situ::trace::Counters;
+use situ_tasks::{NeededEdit, Setting};
 
 use crate::calibration::BranchCalibration;
 use crate::correction_record::CorrectionRecord;
@@ -47,6 +49,19 @@ impl Record {
         }
     }
 
+    /// Whether it says what it was made of, where that is no matter of names alone.
+    pub fn has_content(&self) -> bool {
+        matches!(self, Self::Cost(_)) || matches!(self, Self::Run(run) if !run.key.content.is_empty())
+    }
+
+    /// The same record without what it was made of.
+    pub fn without_content(mut self) -> Self {
+        if let Self::Run(run) = &mut self {
+            run.key.content.clear();
+        }
+        self
+    }
+
     /// The same record with its clock times set to 0. Two runs of one protocol must not differ in it.
     pub fn without_times(&self) -> Self {
         let mut record = self.clone();
@@ -79,6 +94,48 @@ pub struct Key {
     /// The stage, where the run is one of a sequence.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stage: Option<Stage>,
+    /// What these names stand for ([`crate::content`]); empty in ledgers that do not say.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub content: String,
+}
+
+impl Key {
+    /// The name of a run of a method on a setting.
+    pub fn of(protocol: &str, setting: &Setting, teacher: &str, method: &dyn Method, seed: u64) -> Self {
+        Self {
+            protocol: protocol.to_owned(),
+            task: setting.task.clone(),
+            variation: setting.variation.clone().unwrap_or_default(),
+            edit: needed(setting),
+            teacher: teacher.to_owned(),
+            method: method.name().to_owned(),
+            seed,
+            stage: None,
+            content: String::new(),
+        }
+    }
+
+    /// The same, made of this.
+    #[must_use]
+    pub fn made_of(self, content: &str) -> Self {
+        Self { content: content.to_owned(), ..self }
+    }
+
+    /// The same in a sequence, at this index of it.
+    #[must_use]
+    pub fn at(self, sequence: &str, index: usize) -> Self {
+        Self { stage: Some(Stage { sequence: sequence.to_owned(), number: index as u32 + 1 }), ..self }
+    }
+}
+
+/// The edit that a setting says it needs, in the learner's words.
+fn needed(setting: &Setting) -> Edit {
+    match setting.edit {
+        NeededEdit::NodeAddition => Edit::NodeAddition,
+        NeededEdit::EdgeAddition => Edit::EdgeAddition,
+        NeededEdit::NodeModification => Edit::NodeModification,
+        NeededEdit::None => Edit::None,
+    }
 }
 
 /// A stage of a sequence of variations. Each is met with the model that the one before left.
@@ -117,10 +174,21 @@ pub enum Identity {
     },
 }
 
+impl Identity {
+    /// The names alone, whatever they stood for.
+    #[must_use]
+    pub fn names(self) -> Self {
+        match self {
+            Self::Run(key) => Self::Run(Key { content: String::new(), ..key }),
+            cost @ Self::Cost { .. } => cost,
+        }
+    }
+}
+
 impl fmt::Display for Identity {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Run(Key { protocol, task, variation, teacher, method, seed, stage, edit: _ }) => {
+            Self::Run(Key { protocol, task, variation, teacher, method, seed, stage, edit: _, content: _ }) => {
                 write!(formatter, "{protocol}, {task}/{variation}")?;
                 if let Some(Stage { sequence, number }) = stage {
                     write!(formatter, " (stage {number} of {sequence})")?;
@@ -164,12 +232,45 @@ pub enum Outcome {
     },
     /// The method has nothing to do in this cell.
     NotApplicable,
+    /// The method refused what it was given. It counts as the budget, and as no success.
+    MethodError {
+        /// The method's words.
+        why: String,
+    },
+    /// The run went on for too long. It counts as the budget, and as no success.
+    TimedOut {
+        /// What went on.
+        why: String,
+    },
+    /// The program panicked. It counts as the budget, and as no success.
+    Panicked {
+        /// The message.
+        why: String,
+    },
 }
 
 impl Outcome {
     /// Whether the run says something about the method: it reached the target or did not.
     pub fn counts(&self) -> bool {
-        matches!(self, Self::Reached | Self::Censored | Self::GaveUp { .. })
+        matches!(self, Self::Reached | Self::Censored | Self::GaveUp { .. }) || self.is_failure()
+    }
+
+    /// Why it ended so, in words; `None` where nothing is to be said.
+    pub fn why(&self) -> Option<&str> {
+        match self {
+            Self::GaveUp { why }
+            | Self::Untaught { why }
+            | Self::Spoilt { why }
+            | Self::MethodError { why }
+            | Self::TimedOut { why }
+            | Self::Panicked { why } => Some(why),
+            Self::Reached | Self::Censored | Self::NotApplicable => None,
+        }
+    }
+
+    /// Whether the run was not done to its end, and the sweep went on.
+    pub fn is_failure(&self) -> bool {
+        matches!(self, Self::MethodError { .. } | Self::TimedOut { .. } | Self::Panicked { .. })
     }
 }
 

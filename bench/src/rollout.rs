@@ -1,5 +1,7 @@
 //! A rollout: a task model executed in an episode.
 
+use std::sync::Arc;
+
 use rand_chacha::ChaCha8Rng;
 use situ::demonstration::Pose;
 use situ::keyframe::policy::Execution;
@@ -116,6 +118,7 @@ pub fn rollout(
         let Some(Follows { place, probability, way }) = pursuit.next(model, &state) else {
             break Ended::NoConfidentChild;
         };
+        check_probability(pursuit.last(), probability)?;
         choices.push(Choice { last: pursuit.last(), child: place, probability, due: due(cursor.episode()) });
         if probability < execute.confidence {
             break Ended::NoConfidentChild;
@@ -124,7 +127,7 @@ pub fn rollout(
         if primitives == MOST_PRIMITIVES {
             break Ended::TimeOut;
         }
-        let (reference, keyframes) = model.keyframes(node, way, execute.execution, rng)?;
+        let (reference, keyframes) = keyframes_of(model, (node, way), execute.execution, rng)?;
         trail.push(TrailStep { state, node, end: StepEnd::Prevented });
         let Some(frame) = cursor.episode().reference_pose(&reference) else { break Ended::ReferenceAbsent };
         if let Some(reason) = watch.stops(cursor.episode(), Moment::Before, &reference) {
@@ -157,6 +160,41 @@ pub fn rollout(
     let ended = if episode.is_sound() { ended } else { Ended::Spoilt };
     let success = episode.succeeded();
     Ok(Rollout { ended, last: pursuit.last(), interrupted, success, once: once || success, primitives, trail, choices })
+}
+
+/// The most keyframes of a primitive: no person shows so many.
+const MOST_KEYFRAMES: usize = 10_000;
+
+/// Refuses a probability that is none.
+fn check_probability(last: Place, probability: f64) -> Result<(), BenchError> {
+    if (0.0..=1.0).contains(&probability) { Ok(()) } else { Err(BenchError::Improbable { last, probability }) }
+}
+
+/// The reference object and the keyframes of one execution of a way of a primitive.
+fn keyframes_of(
+    model: &dyn Learned,
+    (node, way): (NodeId, usize),
+    execution: Execution,
+    rng: &mut ChaCha8Rng,
+) -> Result<(Arc<str>, Vec<RelativeKeyframe>), BenchError> {
+    let (reference, keyframes) = model.keyframes(node, way, execution, rng)?;
+    check_keyframes(&keyframes).map_err(|problem| BenchError::Unusable { node, problem })?;
+    Ok((reference, keyframes))
+}
+
+/// Refuses keyframes that no hand can go through.
+fn check_keyframes(keyframes: &[RelativeKeyframe]) -> Result<(), String> {
+    if keyframes.len() > MOST_KEYFRAMES {
+        return Err(format!("{} keyframes, expected at most {MOST_KEYFRAMES}", keyframes.len()));
+    }
+    let is_number = |keyframe: &RelativeKeyframe| {
+        let pose = keyframe.pose.translation.vector.iter().chain(keyframe.pose.rotation.coords.iter());
+        pose.chain([&keyframe.gripper.value(), &keyframe.hold]).all(|number| number.is_finite())
+    };
+    match keyframes.iter().position(|keyframe| !is_number(keyframe)) {
+        Some(index) => Err(format!("keyframe {index}: expected finite numbers")),
+        None => Ok(()),
+    }
 }
 
 /// What the task's program would do next.

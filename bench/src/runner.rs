@@ -2,8 +2,9 @@
 
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
+use std::panic::{self, AssertUnwindSafe};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 use situ::edit::Edit;
@@ -17,11 +18,10 @@ use crate::error::BenchError;
 use crate::ledger::Ledger;
 use crate::memo::{Memo, Room};
 use crate::plan::{CostGroup, Family, Group, Plan, Sequence};
-use crate::record::{Identity, Key, Record};
+use crate::record::{Identity, Key, Outcome, Record, RunRecord};
 use crate::session::Uncorrected;
 use crate::spending::{RunPhase, Spending};
 use crate::synthetic::Parameters;
-use crate::tally::count;
 use crate::teaching::OriginalTask;
 
 /// Told how the runs go on.
@@ -67,7 +67,13 @@ struct SequenceLeft<'a> {
 
 /// The original task as each model of it was taught, by [`Method::original`], with the first method that has that
 /// model.
-type Originals<'a> = BTreeMap<&'static str, (&'a dyn Method, OriginalTask)>;
+type Originals<'a> = BTreeMap<&'static str, (&'a dyn Method, OriginalTask, Broken)>;
+
+/// Each original model, and how it does on a changed task before corrections, or how that broke off.
+type Befores<'o> = BTreeMap<&'static str, (&'o OriginalTask, Result<Uncorrected, Outcome>)>;
+
+/// How a run ended that was not done to its end; `None` where it was.
+type Broken = Option<Outcome>;
 
 impl<'a> Runner<'a> {
     /// Does all runs that are not done.
@@ -85,25 +91,16 @@ impl<'a> Runner<'a> {
     }
 
     fn write(&self, record: Record) -> Result<(), BenchError> {
-        let result = self.ledger.lock().expect("no holder of the ledger panics").append(&record);
+        let result = self.ledger.lock().unwrap_or_else(PoisonError::into_inner).append(&record);
         self.progress.finished();
         result
     }
 
     /// The updates of one automaton that are left.
     fn costs(&self, group: &CostGroup) -> Result<(), BenchError> {
-        let Parameters { nodes, originals, seed, .. } = group.parameters;
+        let Parameters { nodes, seed, .. } = group.parameters;
         let protocol = &self.plan.protocol.name;
-        let identity = |edit, correction| Identity::Cost {
-            protocol: protocol.clone(),
-            series: group.series.clone(),
-            method: group.method.name().to_owned(),
-            edit,
-            nodes: count(nodes),
-            originals: count(originals),
-            seed,
-            correction,
-        };
+        let identity = |edit, correction| group.identity(protocol, edit, correction);
         let all = Edit::ALL.into_iter().flat_map(|edit| (0..group.corrections).map(move |number| (edit, number)));
         let (done, left): (Vec<_>, Vec<_>) =
             all.partition(|(edit, number)| self.done.contains(&identity(*edit, *number)));
@@ -129,6 +126,7 @@ impl<'a> Runner<'a> {
         let conditions = Conditions {
             protocol: &self.plan.protocol,
             teacher: &group.teacher,
+            content: &group.content,
             seed: group.seed,
             schema: &group.family.schema,
             interrupted: self.interrupted,
@@ -137,6 +135,7 @@ impl<'a> Runner<'a> {
             memo: &memo,
             spending: self.spending,
             phase: RunPhase::Teach,
+            steps: &AtomicU64::new(0),
         };
         let left = self.left(&conditions, &group.family);
         if left.singles.is_empty() && left.sequences.is_empty() {
@@ -153,19 +152,48 @@ impl<'a> Runner<'a> {
             methods.iter().try_for_each(|method| {
                 self.progress.at(&Identity::Run(conditions.key(setting, *method)).to_string());
                 let (task, before) = &befores[method.original()];
-                self.write(Record::Run(conditions.run(setting, *method, task, before)?))
+                let run = before.as_ref().map_err(Outcome::clone).map(|before| {
+                    let conditions = Conditions { steps: &AtomicU64::new(0), ..conditions };
+                    contained(|| conditions.run(setting, *method, task, before))
+                });
+                let run = run.unwrap_or_else(|outcome| Ok(Err(outcome)))?;
+                let failed = |outcome| conditions.failed(setting, *method, task, before.as_ref().ok(), outcome);
+                self.write(Record::Run(run.unwrap_or_else(failed)))
             })?;
             conditions.memo.forget(&setting.label());
             Ok::<(), BenchError>(())
         })?;
-        left.sequences.par_iter().try_for_each(
-            |SequenceLeft { sequence: Sequence { name, settings }, method, stages }| {
-                self.progress.at(&Identity::Run(conditions.stage_key(name, 0, &settings[0], *method)).to_string());
-                let runs = conditions.run_sequence(name, settings, *method, &originals[method.original()].1)?;
-                let left = runs.into_iter().enumerate().filter(|(index, _)| stages.contains(index));
-                left.map(|(_, run)| run).try_for_each(|run| self.write(Record::Run(run)))
-            },
-        )
+        left.sequences.par_iter().try_for_each(|left| self.sequence(&conditions, left, &originals))
+    }
+
+    /// The stages of a sequence that are left. A stage that is not done to its end is the end of all after it.
+    fn sequence(
+        &self,
+        conditions: &Conditions<'_>,
+        left: &SequenceLeft<'_>,
+        originals: &Originals<'_>,
+    ) -> Result<(), BenchError> {
+        let SequenceLeft { sequence: Sequence { name, settings }, method, stages } = left;
+        let key = |index: usize| conditions.stage_key(name, index, &settings[index], *method);
+        self.progress.at(&Identity::Run(key(0)).to_string());
+        let (_, task, broken) = &originals[method.original()];
+        let mut runs = Vec::new();
+        let broken = match broken {
+            Some(outcome) => Some(outcome.clone()),
+            None => {
+                let conditions = Conditions { steps: &AtomicU64::new(0), ..*conditions };
+                contained(|| conditions.run_sequence(name, settings, *method, task, &mut runs))?.err()
+            }
+        };
+        if let Some(outcome) = broken {
+            let rest = (runs.len()..settings.len()).map(|index| {
+                let run = conditions.failed(&settings[index], *method, task, None, outcome.clone());
+                RunRecord { key: key(index), ..run }
+            });
+            runs.extend(rest.collect::<Vec<_>>());
+        }
+        let left = runs.into_iter().enumerate().filter(|(index, _)| stages.contains(index));
+        left.map(|(_, run)| run).try_for_each(|run| self.write(Record::Run(run)))
     }
 
     /// The runs of a group that are left.
@@ -202,6 +230,28 @@ impl<'a> Runner<'a> {
     }
 }
 
+/// Does a part of a run. What the method refuses or makes nonsense of, a run without an end, and a panic, is how this
+/// run ended; what the machine or the user does is an error.
+fn contained<T>(part: impl FnOnce() -> Result<T, BenchError>) -> Result<Result<T, Outcome>, BenchError> {
+    match panic::catch_unwind(AssertUnwindSafe(part)) {
+        Ok(Ok(done)) => Ok(Ok(done)),
+        Ok(Err(error)) => match error {
+            BenchError::Situ(_)
+            | BenchError::Nameless { .. }
+            | BenchError::Unheld { .. }
+            | BenchError::Unusable { .. }
+            | BenchError::Improbable { .. } => Ok(Err(Outcome::MethodError { why: error.to_string() })),
+            BenchError::OutOfSteps { .. } => Ok(Err(Outcome::TimedOut { why: error.to_string() })),
+            error => Err(error),
+        },
+        Err(thrown) => {
+            let text = thrown.downcast_ref::<&str>().map(|text| (*text).to_owned());
+            let text = text.or_else(|| thrown.downcast_ref::<String>().cloned());
+            Ok(Err(Outcome::Panicked { why: text.unwrap_or_else(|| "no message".to_owned()) }))
+        }
+    }
+}
+
 /// Teaches the original task. Each model of it is evaluated once, whoever shares it.
 fn originals<'a>(
     conditions: &Conditions<'_>,
@@ -209,31 +259,45 @@ fn originals<'a>(
     left: &Left<'a>,
 ) -> Result<Originals<'a>, BenchError> {
     let standard = method::standard();
-    let task = conditions.teach(original, &*standard)?;
+    // Where the standard model cannot be taught, the seed is untaught for all methods.
+    let task = match contained(|| conditions.teach(original, &*standard))? {
+        Ok(task) => task,
+        Err(outcome) => OriginalTask::untaught(original, outcome.why().unwrap_or_default()),
+    };
     let singles = left.singles.iter().flat_map(|(_, methods)| methods.iter().copied());
     let mut originals = Originals::new();
     for method in singles.chain(left.sequences.iter().map(|left| left.method)) {
         if let Entry::Vacant(entry) = originals.entry(method.original()) {
             let is_standard = method.original() == standard.original();
-            let task = if is_standard { task.clone() } else { conditions.taught_to(&task, method)? };
-            entry.insert((method, task));
+            let own = if is_standard { Ok(task.clone()) } else { contained(|| conditions.taught_to(&task, method))? };
+            entry.insert(match own {
+                Ok(task) => (method, task, None),
+                Err(outcome) => (method, task.clone(), Some(outcome)),
+            });
         }
     }
     Ok(originals)
 }
 
-/// Each original model, and its evaluation on a changed task.
+/// Evaluates each original model on a changed task.
 fn befores<'o>(
     conditions: &Conditions<'_>,
     setting: &Arc<Setting>,
     methods: &[&dyn Method],
     originals: &'o Originals<'_>,
-) -> Result<BTreeMap<&'static str, (&'o OriginalTask, Uncorrected)>, BenchError> {
-    let mut befores = BTreeMap::new();
+) -> Result<Befores<'o>, BenchError> {
+    let mut befores = Befores::new();
     for method in methods {
         if let Entry::Vacant(entry) = befores.entry(method.original()) {
-            let (owner, task) = &originals[method.original()];
-            entry.insert((task, conditions.before(task, setting, *owner)?));
+            let (owner, task, broken) = &originals[method.original()];
+            let before = match broken {
+                Some(outcome) => Err(outcome.clone()),
+                None => {
+                    let conditions = Conditions { steps: &AtomicU64::new(0), ..*conditions };
+                    contained(|| conditions.before(task, setting, *owner))?
+                }
+            };
+            entry.insert((task, before));
         }
     }
     Ok(befores)

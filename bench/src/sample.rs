@@ -71,6 +71,7 @@ fn run(method: &str, seed: u64, outcome: Outcome, demonstrations: u32, made: &[E
             method: method.to_owned(),
             seed,
             stage: None,
+            content: "0123456789abcdef".to_owned(),
         },
         outcome,
         self_loop: false,

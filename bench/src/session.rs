@@ -137,19 +137,20 @@ impl Conditions<'_> {
         Ok(Taught { last, fresh, gave_up, calibration })
     }
 
-    /// The runs of one method on a sequence of settings. Each begins with the model that the one before left. There are
-    /// none for a method that is taught anew, because it would meet each setting as if that were alone.
+    /// The runs of one method on a sequence of settings, added to `runs` as they end. Each begins with the model that
+    /// the one before left. There are none for a method that is taught anew, because it would meet each setting as if
+    /// that were alone.
     pub fn run_sequence(
         &self,
         name: &str,
         settings: &[Arc<Setting>],
         method: &dyn Method,
         task: &OriginalTask,
-    ) -> Result<Vec<RunRecord>, BenchError> {
+        runs: &mut Vec<RunRecord>,
+    ) -> Result<(), BenchError> {
         if method.role() == Role::FromScratch {
-            return Ok(Vec::new());
+            return Ok(());
         }
-        let mut runs = Vec::new();
         let mut robot = None;
         let mut corrected = false;
         for (index, setting) in settings.iter().enumerate() {
@@ -187,7 +188,7 @@ impl Conditions<'_> {
             }
             runs.push(run);
         }
-        Ok(runs)
+        Ok(())
     }
 
     /// Success on the original task, from the fresh starts of before. A model that was not corrected has the same
@@ -239,6 +240,26 @@ impl Conditions<'_> {
         run.after = Some(fresh.rate);
         run.ended = fresh.ended;
         run.calibration = calibration;
+    }
+
+    /// A run that was not done to its end. It has no model that could succeed anywhere.
+    pub fn failed(
+        &self,
+        setting: &Setting,
+        method: &dyn Method,
+        task: &OriginalTask,
+        before: Option<&Uncorrected>,
+        outcome: Outcome,
+    ) -> RunRecord {
+        let none = Rate { rollouts: self.protocol.rollouts, ..Rate::default() };
+        let keeps_original = method.role() != Role::FromScratch;
+        RunRecord {
+            outcome,
+            before: before.filter(|_| keeps_original).map(|before| before.fresh.rate),
+            after: Some(none),
+            retained: keeps_original.then_some(none),
+            ..self.begun(setting, self.key(setting, method), task)
+        }
     }
 
     /// A run at its beginning. Only the effort of teaching the original task is known.

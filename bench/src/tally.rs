@@ -21,9 +21,9 @@ pub struct Rate {
 impl Sum for Rate {
     fn sum<I: Iterator<Item = Self>>(rates: I) -> Self {
         rates.fold(Self::default(), |sum, rate| Self {
-            successes: sum.successes + rate.successes,
-            once: sum.once + rate.once,
-            rollouts: sum.rollouts + rate.rollouts,
+            successes: sum.successes.saturating_add(rate.successes),
+            once: sum.once.saturating_add(rate.once),
+            rollouts: sum.rollouts.saturating_add(rate.rollouts),
         })
     }
 }
@@ -65,12 +65,13 @@ impl TotalEffort {
 
 impl AddAssign for TotalEffort {
     fn add_assign(&mut self, other: Self) {
-        self.demonstrations += other.demonstrations;
-        self.tries += other.tries;
-        self.keyframes += other.keyframes;
+        let add = |sum: &mut u32, other| *sum = sum.saturating_add(other);
+        add(&mut self.demonstrations, other.demonstrations);
+        add(&mut self.tries, other.tries);
+        add(&mut self.keyframes, other.keyframes);
+        add(&mut self.foreseen, other.foreseen);
         self.seconds += other.seconds;
         self.metres += other.metres;
-        self.foreseen += other.foreseen;
     }
 }
 

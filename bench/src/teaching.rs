@@ -32,6 +32,19 @@ pub struct OriginalTask {
     pub(crate) original: Result<Original, String>,
 }
 
+impl OriginalTask {
+    /// One that nobody could teach.
+    pub(crate) fn untaught(setting: &Arc<Setting>, why: &str) -> Self {
+        Self {
+            setting: Arc::clone(setting),
+            demonstrations: Vec::new(),
+            effort: TotalEffort::default(),
+            rate: None,
+            original: Err(why.to_owned()),
+        }
+    }
+}
+
 /// What a demonstration is for. It names the streams of its draws.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Purpose {
@@ -85,13 +98,7 @@ impl Conditions<'_> {
     /// # Errors
     /// An error of the task, the teacher or the method; [`BenchError::Interrupted`].
     pub fn teach(&self, original: &Arc<Setting>, method: &dyn Method) -> Result<OriginalTask, BenchError> {
-        let mut task = OriginalTask {
-            setting: Arc::clone(original),
-            demonstrations: Vec::new(),
-            effort: TotalEffort::default(),
-            rate: None,
-            original: Err(String::new()),
-        };
+        let mut task = OriginalTask::untaught(original, "");
         let budget = self.protocol.budget;
         let mut last = Evaluation::none(0);
         for index in 0..budget.originals {

@@ -1,15 +1,30 @@
-//! The memory of a task model grows in proportion to its nodes, and what a copy of an episode takes is what it says.
+//! The memory of a task model grows in proportion to its nodes and by the same for every correction, and what a copy of
+//! an episode takes is what it says.
 //!
 //! ```text
 //! cargo test -p situ-bench --release --test memory -- --ignored --nocapture     # ten thousand nodes
+//! SITU_SOAK=50 cargo test -p situ-bench --release --test memory -- one_model --nocapture     # ten thousand corrections
 //! ```
 
+#[path = "../../situ/tests/all/common/soak.rs"]
+#[expect(dead_code, reason = "these tests draw by themselves")]
+mod soak;
+
+use std::collections::{BTreeMap, BTreeSet};
+
 use allocation_counter::measure;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use situ::correction::Correction;
 use situ::edit::Edit;
-use situ::method;
-use situ_bench::cost::Subject;
-use situ_bench::synthetic::Parameters;
+use situ::graph::Graph;
+use situ::method::{self, Learned};
+use situ::place::{Place, SegmentId};
+use situ::segmentation::by_reference_object;
+use situ::trace::{Counters, Trace};
+use situ_bench::cost::{Subject, processor_timed};
+use situ_bench::stats::{mean, power_law};
+use situ_bench::synthetic::{Parameters, Planted};
 use situ_tasks::{Episode, Registry};
 
 const MEGABYTE: f64 = 1e6;
@@ -44,6 +59,130 @@ fn memory_grows_with_the_nodes_and_an_update_needs_no_more_in_a_greater_model() 
     let growth = great as f64 / small as f64;
     assert!((8.0..12.0).contains(&growth), "ten times the nodes take {growth} times the memory");
     assert!(in_great < 2 * in_small, "{in_great} bytes for an update, {in_small} in the smaller model");
+}
+
+/// Nodes of the model that is corrected again and again.
+const NODES: usize = 20;
+/// Corrections of it, where they are not soaked.
+const CORRECTIONS: u32 = 200;
+
+/// What a correction took.
+struct Taken {
+    /// Segments of the nodes that it touches.
+    segments: usize,
+    /// Bytes that the model is larger by.
+    kept: i64,
+    /// Bytes that were asked for, given back or not.
+    asked: u64,
+    counters: Counters,
+    seconds: f64,
+}
+
+/// The places whose policy or classifier a correction may fit again: those that it visits, what is compared with them,
+/// and their siblings.
+fn touched(graph: &Graph, trace: &Trace) -> BTreeSet<Place> {
+    let visited: BTreeSet<Place> = trace.steps.iter().map(|step| Place::Node(step.node)).collect();
+    let compared = trace.steps.iter().flat_map(|step| step.applicable.iter().map(|id| Place::Node(*id)));
+    let origins = trace.steps.iter().map(|step| step.after);
+    let parents: BTreeSet<Place> =
+        graph.edges.iter().filter(|(_, to)| visited.contains(to)).map(|(from, _)| *from).chain(origins).collect();
+    let siblings = graph.edges.iter().filter(|(from, _)| parents.contains(from)).map(|(_, to)| *to);
+    siblings.chain(compared).chain(visited.iter().copied()).collect()
+}
+
+/// What holds of a model after a correction, whoever keeps it: the graph is sound, probabilities are such, what the
+/// correction cannot reach is as it was, and the model does what it was shown, or says that it does not.
+fn sound(learned: &dyn Learned, before: &Graph, after: &Graph, planted: &Planted, trace: &Trace, shown: usize) {
+    let mut held: BTreeMap<SegmentId, usize> = BTreeMap::new();
+    after.nodes.iter().flat_map(|node| &node.segments).for_each(|segment| *held.entry(*segment).or_default() += 1);
+    assert!(held.values().all(|times| *times == 1), "a segment of two nodes");
+    let segments: usize = after.lengths.iter().map(Vec::len).sum();
+    assert_eq!((held.len(), after.lengths.len()), (segments, shown), "every segment has its node");
+    let places: BTreeSet<Place> =
+        after.nodes.iter().map(|node| Place::Node(node.id)).chain([Place::Start, Place::End]).collect();
+    assert!(after.edges.iter().all(|(from, to)| places.contains(from) && places.contains(to)));
+    assert!(after.edges.iter().all(|(from, to)| *from != Place::End && *to != Place::Start));
+    let reached = touched(after, trace);
+    let old: BTreeMap<_, _> = before.nodes.iter().map(|node| (node.id, node)).collect();
+    for node in after.nodes.iter().filter(|node| !reached.contains(&Place::Node(node.id))) {
+        assert_eq!(old.get(&node.id), Some(&node), "{} is out of reach", node.id);
+    }
+    let starts: Vec<_> = by_reference_object(&planted.demonstration).into_iter().map(|segment| segment.start).collect();
+    let mut others = 0;
+    for (step, state) in trace.steps.iter().zip(&starts) {
+        for place in &places {
+            for (child, probability) in learned.ranked(*place, state) {
+                assert!((0.0..=1.0).contains(&probability) && places.contains(&child), "{place}: {probability}");
+            }
+        }
+        others += u32::from(learned.next(step.after, state).map(|(place, _)| place) != Some(Place::Node(step.node)));
+    }
+    assert!(others <= trace.obedience.aliased + trace.obedience.disobeyed, "{others}: {:?}", trace.obedience);
+}
+
+/// Random corrections of one model, one after another.
+fn corrected(count: u32) -> Vec<Taken> {
+    let situ = method::named("situ").unwrap();
+    let subject = Subject::teach(&*situ, Parameters::of(NODES, soak::seed())).unwrap();
+    let (mut learned, mut rng) = (subject.learned().boxed(), ChaCha8Rng::seed_from_u64(soak::seed()));
+    let mut before = learned.graph();
+    let mut taken = Vec::new();
+    for number in 0..count {
+        let edit = Edit::ALL[rng.random_range(0..Edit::ALL.len())];
+        let planted = subject.automaton().plant(edit, rng.random()).unwrap();
+        let correction = Correction::after(planted.last(&before).unwrap(), &planted.demonstration);
+        let mut trace = None;
+        let (bytes, seconds) =
+            processor_timed(|| measure(|| trace = Some(learned.correct(correction).expect("it can be learned"))));
+        let (trace, after) = (trace.unwrap(), learned.graph());
+        sound(
+            &*learned,
+            &before,
+            &after,
+            &planted,
+            &trace,
+            subject.automaton().originals().len() + 1 + number as usize,
+        );
+        let segments = touched(&after, &trace).into_iter().filter_map(Place::node);
+        let segments =
+            segments.map(|id| after.nodes.iter().find(|node| node.id == id).map_or(0, |node| node.segments.len()));
+        let (kept, asked) = (bytes.bytes_current, bytes.bytes_total);
+        taken.push(Taken { segments: segments.sum(), kept, asked, counters: trace.counters, seconds });
+        before = after;
+    }
+    taken
+}
+
+/// Prints means over tenths of the corrections.
+fn print(taken: &[Taken]) {
+    println!("corrections, segments, bytes kept, bytes asked for, segments read, classifier fits, milliseconds");
+    for (index, part) in taken.chunks(taken.len().div_ceil(10)).enumerate() {
+        let mean = |of: &dyn Fn(&Taken) -> f64| mean(&part.iter().map(of).collect::<Vec<_>>()).unwrap_or_default();
+        println!(
+            "{}, {:.0}, {:.0}, {:.0}, {:.0}, {:.1}, {:.2}",
+            (index + 1) * part.len(),
+            mean(&|one| one.segments as f64),
+            mean(&|one| one.kept as f64),
+            mean(&|one| one.asked as f64),
+            mean(&|one| one.counters.segments_touched as f64),
+            mean(&|one| one.counters.classifier_fits as f64),
+            mean(&|one| 1e3 * one.seconds)
+        );
+    }
+}
+
+#[test]
+fn one_model_takes_any_number_of_corrections() {
+    let taken = corrected(CORRECTIONS * soak::times());
+    print(&taken);
+    for (what, of) in [
+        ("bytes asked for", (|one: &Taken| one.asked as f64) as fn(&Taken) -> f64),
+        ("segments read", |one| one.counters.segments_touched as f64),
+        ("seconds", |one| one.seconds),
+    ] {
+        let points: Vec<_> = taken.iter().map(|one| (one.segments as f64, of(one))).collect();
+        println!("{what} over segments: {:?}", power_law(&points).map(|law| law.exponent));
+    }
 }
 
 /// The memo of a run keeps copies of episodes up to so many bytes, by what they say themselves.

@@ -12,6 +12,11 @@
 //! | A2.7 | D2: background negatives | [`Update::add_background`] |
 //! | A2.17 | D1: a primitive's own positives; D2 | [`Update::mend_negatives`] |
 //! | A2.12, A2.20, END | D3: the siblings learn where they do not begin | [`Update::tell_siblings`] |
+//!
+//! A limit that is left: a node has one classifier, whatever it is reached from. Where it is shared by two branches,
+//! what one branch gives it as negatives (D2, D3) counts on the other, too. A positive in the same state as `n`
+//! negatives of the other branch is worth about `1 / (n + 1)`, and with `n` greater than 2 the node is no confident
+//! child there (D11). Obedience (D22) mends it where the robot is corrected in that state, and nowhere else.
 
 use std::collections::BTreeSet;
 

@@ -33,7 +33,7 @@ impl<L: Learner> Update<'_, L> {
     pub(crate) fn obey(&mut self, demonstration: u32) -> Result<(), SituError> {
         let lessons = self.lessons(demonstration);
         for lesson in &lessons {
-            self.supersede(*lesson, demonstration)?;
+            self.supersede(*lesson)?;
             self.make_obey(*lesson, demonstration)?;
         }
         for (index, lesson) in lessons.iter().enumerate() {
@@ -70,14 +70,14 @@ impl<L: Learner> Update<'_, L> {
     /// Where corrections have shown this after this place, and demonstrations before them something else, and no
     /// feature tells the states of the one from those of the other, the newer holds, as with ways (decision D20): the
     /// positives of the other place are retired, all but the last.
-    fn supersede(&mut self, lesson: Lesson, demonstration: u32) -> Result<(), SituError> {
+    fn supersede(&mut self, lesson: Lesson) -> Result<(), SituError> {
         let through = |place: Place| -> Vec<SampleId> {
             let all = self.model.starts([place].into_iter()).into_iter();
             all.filter(|sample| self.model.before(*sample) == Some(lesson.after)).collect()
         };
         let newer = through(lesson.shown);
         let Some(first) = newer.iter().map(|sample| sample.demonstration()).min() else { return Ok(()) };
-        if first > demonstration || self.model.histories()[first as usize].kind == Kind::Original {
+        if self.model.histories()[first as usize].kind == Kind::Original {
             return Ok(());
         }
         let others: Vec<Place> = self.model.children(lesson.after).filter(|child| *child != lesson.shown).collect();

@@ -34,6 +34,9 @@ pub enum TeacherError {
         /// What is wrong, and what was expected.
         problem: String,
     },
+    /// A profile file that is no TOML, or of another kind.
+    #[error(transparent)]
+    Document(#[from] situ_tasks::TaskError),
     /// A file with a profile whose name is taken.
     #[error("{}: there is a teacher `{name}` already: expected another name", path.display())]
     DuplicateProfile {

@@ -3,6 +3,8 @@
 use std::path::Path;
 
 use serde::Deserialize;
+use situ_tasks::key::Document;
+use situ_tasks::{FileKind, name};
 use toml::Spanned;
 
 use crate::error::TeacherError;
@@ -103,6 +105,9 @@ impl Profile {
 
     /// Err with a key and what is wrong with its value.
     fn check(&self) -> Result<(), String> {
+        if let Some(problem) = name::mistake(&self.name) {
+            return Err(format!("`name` is {problem}"));
+        }
         let below = |key: &str, part: Option<&str>| part.map_or(key.to_owned(), |part| format!("{key}.{part}"));
         for way in Way::ALL {
             let rate = self.rate(way);
@@ -141,28 +146,25 @@ impl Profile {
         let refuse = |offset: usize, problem: String| TeacherError::File {
             path: path.to_owned(),
             line: text[..offset.min(text.len())].matches('\n').count() + 1,
-            problem,
+            problem: name::shown(&problem),
         };
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        // What is no TOML is said below.
+        if let Ok(document) = Document::parse(text, path) {
+            document.check_kind(FileKind::Teachers)?;
+        }
         let file: File = toml::from_str(text)
             .map_err(|error| refuse(error.span().map_or(0, |span| span.start), error.message().to_owned()))?;
         for (index, spanned) in file.profile.iter().enumerate() {
             let (offset, profile) = (spanned.span().start, spanned.as_ref());
-            profile.check().map_err(|problem| refuse(offset, format!("profile `{}`: {problem}", profile.name)))?;
+            profile
+                .check()
+                .map_err(|problem| refuse(offset, format!("profile `{}`: {problem}", profile.name.escape_debug())))?;
             if file.profile[..index].iter().any(|other| other.as_ref().name == profile.name) {
                 return Err(refuse(offset, format!("profile `{}` appears twice, expected unique names", profile.name)));
             }
         }
         Ok(file.profile.into_iter().map(Spanned::into_inner).collect())
-    }
-
-    /// Reads profiles from a file.
-    ///
-    /// # Errors
-    /// Where it cannot be read, or as for [`Profile::parse`].
-    pub fn load(path: &Path) -> Result<Vec<Self>, TeacherError> {
-        let text =
-            std::fs::read_to_string(path).map_err(|source| TeacherError::Read { path: path.to_owned(), source })?;
-        Self::parse(&text, path)
     }
 }
 

@@ -19,7 +19,7 @@ use crate::edit::NeededEdit;
 use crate::error::TaskError;
 use crate::feature::WorldSchema;
 use crate::file::VariationFile;
-use crate::key::Key;
+use crate::key::KeyPath;
 use crate::measure::GRIPPER;
 use crate::placement::HandStart;
 use crate::plant::Plant;
@@ -32,7 +32,7 @@ const RESERVED: [&str; 7] = [GRIPPER, "table", "hand", "arm", BORDER, "start", "
 impl<'a> Builder<'a> {
     /// The original (no index) or one variation.
     pub(crate) fn setting(&self, schema: &WorldSchema, index: Option<usize>) -> Result<Setting, TaskError> {
-        let (file, root) = (self.file, Key::default());
+        let (file, root) = (self.file, KeyPath::default());
         let layers = Layers::new(file, index);
         let variation = layers.over().map(|(_, variation)| variation);
 
@@ -89,7 +89,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Where the hand starts: `[gripper]`.
-    fn hand(&self, root: &Key) -> Result<HandStart, TaskError> {
+    fn hand(&self, root: &KeyPath) -> Result<HandStart, TaskError> {
         let (key, file) = (root.field("gripper"), &self.file.gripper);
         self.check_opening(&key.field("open"), file.open)?;
         self.check_positive(&key.field("at").index(2), file.at[2])?;
@@ -121,7 +121,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Whether what a variation changes agrees with the edit that it declares.
-    fn check_edit(&self, key: &Key, variation: &VariationFile, setting: &Setting) -> Result<(), TaskError> {
+    fn check_edit(&self, key: &KeyPath, variation: &VariationFile, setting: &Setting) -> Result<(), TaskError> {
         let known: BTreeSet<&str> = self.file.skill.iter().map(|skill| skill.name.as_str()).collect();
         let added = variation.skill.iter().filter(|skill| !known.contains(skill.name.as_str())).count();
         let replaced = variation.skill.len() - added;
@@ -155,6 +155,6 @@ impl<'a> Builder<'a> {
 }
 
 /// What is built of each entry of a list.
-fn each<T, B>(list: Located<'_, T>, build: impl Fn(&Key, &T) -> Result<B, TaskError>) -> Result<Vec<B>, TaskError> {
+fn each<T, B>(list: Located<'_, T>, build: impl Fn(&KeyPath, &T) -> Result<B, TaskError>) -> Result<Vec<B>, TaskError> {
     list.iter().map(|(key, entry)| build(key, entry)).collect()
 }

@@ -110,7 +110,8 @@ impl Episode {
             if let Some(command) = gripper {
                 self.world.grip(command, &mut watch);
             }
-            self.world.hold(hold, &mut watch);
+            // Longer than the task may take makes no difference, and would keep everybody waiting.
+            self.world.hold(hold.min(self.setting.time_limit), &mut watch);
         }
         self.path += way;
         end

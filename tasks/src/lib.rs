@@ -41,10 +41,12 @@ mod event;
 mod expression;
 mod feature;
 mod file;
+mod file_kind;
 mod intervention;
-mod key;
+pub mod key;
 mod measure;
 mod moment;
+pub mod name;
 mod placement;
 mod plant;
 mod predicate;
@@ -65,6 +67,7 @@ pub use event::{Event, Happening};
 pub use feature::{
     FILL_SCALE, LENGTH_SCALE, OPENING_SCALE, SEEN_SCALE, SLIDE_SCALE, TILT_SCALE, WorldFeature, WorldSchema,
 };
+pub use file_kind::FileKind;
 pub use intervention::Intervention;
 pub use measure::{GRIPPER, HELD_FORCE, ON_SLACK, REST_SPEED};
 pub use moment::Moment;

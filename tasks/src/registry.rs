@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::error::TaskError;
+use crate::name::shown;
 use crate::plant::Plant;
 use crate::task::Task;
 
@@ -96,7 +97,7 @@ impl Registry {
     /// [`TaskError::UnknownTask`], which lists the known names.
     pub fn get(&self, name: &str) -> Result<&Task, TaskError> {
         self.tasks.get(name).ok_or_else(|| TaskError::UnknownTask {
-            name: name.to_owned(),
+            name: shown(name),
             known: self.names().collect::<Vec<_>>().join(", "),
         })
     }

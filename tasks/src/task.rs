@@ -7,7 +7,9 @@ use crate::builder::Builder;
 use crate::error::TaskError;
 use crate::feature::WorldSchema;
 use crate::file::TaskFile;
+use crate::file_kind::FileKind;
 use crate::key::Document;
+use crate::name::shown;
 use crate::plant::Plant;
 use crate::sequence::VariationSequence;
 use crate::setting::Setting;
@@ -31,7 +33,9 @@ impl Task {
     /// the wrong type; a name is unknown or given twice; a number is not finite or out of range; or a variation does
     /// not change what its edit says.
     pub fn parse(text: &str, file: &Path) -> Result<Task, TaskError> {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let document = Document::parse(text, file)?;
+        document.check_kind(FileKind::Task)?;
         document.check_finite()?;
         let content: TaskFile = toml::from_str(text).map_err(|error| document.serde_error(&error))?;
         let builder = Builder { document: &document, file: &content };
@@ -91,7 +95,7 @@ impl Task {
         let found = self.settings().find(|setting| setting.variation.as_deref() == name);
         found.cloned().ok_or_else(|| TaskError::UnknownVariation {
             task: self.name.clone(),
-            name: name.unwrap_or_default().to_owned(),
+            name: shown(name.unwrap_or_default()),
             known: if self.variations.is_empty() {
                 "none".to_owned()
             } else {

@@ -1,7 +1,7 @@
 //! `learn`: a task model from demonstration files alone, without physics.
 
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde::Serialize;
@@ -13,6 +13,7 @@ use situ::trace::{Counters, Trace};
 use crate::demonstration_file::{DemonstrationFile, check_together};
 use crate::error::BenchError;
 use crate::files;
+use crate::one_line::one_line;
 use crate::stop::Unheld;
 
 /// The end of the long help: the file format in short.
@@ -95,7 +96,7 @@ pub struct Learning {
 /// Teaches a method the originals, then folds the corrections in.
 ///
 /// # Errors
-/// [`BenchError::Demonstration`] where the files do not go together; [`BenchError::Learn`].
+/// [`BenchError::Demonstration`] where the files do not go together; [`BenchError::Teach`]; [`BenchError::Learn`].
 pub fn learn(
     method: &dyn Method,
     originals: &[DemonstrationFile],
@@ -116,7 +117,8 @@ pub fn learn(
     };
     let refuse = |file: &DemonstrationFile, source| BenchError::Learn { path: file.path().to_owned(), source };
     let demonstrations: Vec<_> = originals.iter().map(|file| file.demonstration.clone()).collect();
-    let mut learned = method.teach(&first.schema, &demonstrations, seed).map_err(|source| refuse(first, source))?;
+    let teach = |source| BenchError::Teach { path: first.path().to_owned(), source };
+    let mut learned = method.teach(&first.schema, &demonstrations, seed).map_err(teach)?;
     let mut corrected = Vec::with_capacity(corrections.len());
     let mut before = learned.graph();
     for (file, stop) in corrections.iter().zip(&stops[originals.len()..]) {
@@ -156,14 +158,8 @@ impl Learn {
         if let Some(path) = &self.trace {
             outputs.push((path.clone(), trace_csv(&lesson.corrections)));
         }
-        let inputs = || self.originals.iter().chain(&self.correct);
-        if let Some((path, _)) = outputs.iter().find(|(path, _)| inputs().any(|input| input == path)) {
-            return Err(BenchError::Argument(format!(
-                "{}: an input, expected another file to write to",
-                path.display()
-            )));
-        }
-        files::write_all(&outputs)?;
+        let inputs: Vec<&Path> = self.originals.iter().chain(&self.correct).map(PathBuf::as_path).collect();
+        files::write_beside(&inputs, &outputs)?;
         Ok(report(&*method, &lesson))
     }
 
@@ -173,7 +169,8 @@ impl Learn {
         words.extend(self.originals.iter().map(|path| path.display().to_string()));
         words.extend(self.correct.iter().map(|path| format!("--correct {}", path.display())));
         words.push(format!("--method {} --seed {}", self.method, self.seed));
-        words.join(" ")
+        // A path may hold anything but a zero; the command stands on one line, in comments.
+        one_line(&words.join(" "))
     }
 
     fn model(&self, lesson: &Learning) -> String {

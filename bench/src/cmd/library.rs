@@ -2,18 +2,14 @@
 //! hand.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use situ_tasks::{Plant, Registry};
 use situ_teachers::Roster;
 
+use crate::digest;
 use crate::error::BenchError;
-use crate::manifest;
-
-/// The file of the teachers that come with the program.
-const TEACHERS: &str = include_str!("../../../synth_teachers/src/profiles.toml");
 
 /// What carries the hand.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -86,12 +82,8 @@ impl Library {
         &self,
         names: impl IntoIterator<Item = &'a String>,
     ) -> Result<BTreeMap<String, String>, BenchError> {
-        let mut files = vec![(Roster::builtin()?, manifest::hash(TEACHERS))];
-        for path in &self.teachers {
-            let text = fs::read(path).map_err(|source| BenchError::Read { path: path.clone(), source })?;
-            files.push((Roster::default().with_file(path)?, manifest::hash(text)));
-        }
-        let of = |name: &String| files.iter().find(|(roster, _)| roster.get(name).is_ok());
-        Ok(names.into_iter().filter_map(|name| of(name).map(|(_, hash)| (name.clone(), hash.clone()))).collect())
+        let roster = self.roster()?;
+        let hash = |name: &String| Some((name.clone(), digest::hash(roster.text(name)?)));
+        Ok(names.into_iter().filter_map(hash).collect())
     }
 }

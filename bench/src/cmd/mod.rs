@@ -5,8 +5,12 @@ pub mod cost;
 pub mod learn;
 pub mod library;
 pub mod list;
+pub mod merge;
 pub mod run;
 pub mod show;
 pub mod supersede;
 pub mod tables;
 mod terminal;
+mod traces;
+
+pub use terminal::say;

@@ -6,20 +6,24 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use clap::Args;
-use indicatif::ProgressBar;
 use situ_tasks::Registry;
 
 use crate::archive::Archive;
 use crate::cmd::library::{Carrier, Library};
-use crate::cmd::terminal;
+use crate::cmd::terminal::{self, Signs, say};
+use crate::cmd::traces::{Traces, remove_empty};
+use crate::digest;
 use crate::error::BenchError;
 use crate::files;
 use crate::ledger::{self, Canonical, Ledger};
+use crate::lock::Lock;
 use crate::manifest::{self, Manifest, Provenance};
 use crate::plan::{Filter, Plan};
 use crate::protocol::Protocol;
 use crate::provenances::{self, Provenances};
+use crate::record::{Identity, Record};
 use crate::runner::{Progress, Runner};
+use crate::shard::Shard;
 use crate::spending::Spending;
 use crate::tables::{self, Publication};
 
@@ -66,6 +70,11 @@ pub struct Run {
     /// The folder for the ledger and the tables. Where it is not given, `runs/PROTOCOL`, which is begun anew each time.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Only this part of the runs, of so many: a machine each. It has a folder of its own, DIR/shard-I-of-N, and
+    /// `merge` makes one of them. Where it is not given, a task of a Slurm array does its part of the array; 1/1 is all
+    /// runs.
+    #[arg(long, value_name = "I/N")]
+    pub shard: Option<Shard>,
     /// Goes on with the ledger that is in the folder. It must be of this benchmark version and this program's revision.
     #[arg(long)]
     pub resume: bool,
@@ -102,15 +111,13 @@ pub(super) struct Published {
     pub(super) printed: String,
 }
 
-struct Bar(ProgressBar);
-
-impl Progress for Bar {
+impl Progress for Signs {
     fn at(&self, what: &str) {
-        self.0.set_message(what.to_owned());
+        Signs::at(self, what);
     }
 
     fn finished(&self) {
-        self.0.inc(1);
+        Signs::finished(self);
     }
 }
 
@@ -122,8 +129,13 @@ impl Run {
     pub fn run(&self) -> Result<String, BenchError> {
         let protocol = Protocol::find(&self.protocol)?;
         let protocol = if self.library.plant == Carrier::Hand { protocol.without_arm() } else { protocol };
+        let shard = self.shard()?;
+        if let Some((shard, folder)) = shard.zip(self.check.as_ref()) {
+            let folder = folder.display();
+            return Err(BenchError::Argument(format!("shard {shard} with --check {folder}: expected all runs there")));
+        }
         let expected = self.check.as_ref().map(|folder| ledger::read(&folder.join(LEDGER))).transpose()?;
-        let mut published = self.publish(&protocol, &tables::ALL)?;
+        let mut published = Self { shard, ..self.clone() }.publish(&protocol, &tables::ALL)?;
         if let (Some(folder), Some(expected)) = (&self.check, expected) {
             compare_records(&published.records, &Canonical::from(expected.records))?;
             compare_tables(&published.tables, folder)?;
@@ -140,7 +152,26 @@ impl Run {
     /// Bad names and files; [`BenchError::Interrupted`].
     pub(super) fn publish(&self, protocol: &Protocol, publications: &[&Publication]) -> Result<Published, BenchError> {
         let folder = self.out.clone().unwrap_or_else(|| Path::new("runs").join(&protocol.name));
-        let path = self.ledger(protocol, &folder)?;
+        let folder = self.shard.map_or(Ok(folder.clone()), |shard| shard.folder(&folder))?;
+        let new = folder.ancestors().take_while(|path| !path.as_os_str().is_empty() && !path.exists());
+        let new: Vec<PathBuf> = new.map(Path::to_owned).collect();
+        fs::create_dir_all(&folder).map_err(|source| BenchError::Write { path: folder.clone(), source })?;
+        let published = self.publish_into(&folder, protocol, publications, &new);
+        if published.is_err() {
+            remove_empty(&new);
+        }
+        published
+    }
+
+    fn publish_into(
+        &self,
+        folder: &Path,
+        protocol: &Protocol,
+        publications: &[&Publication],
+        new: &[PathBuf],
+    ) -> Result<Published, BenchError> {
+        let _lock = Lock::take(folder)?;
+        let path = self.ledger(protocol, folder, new)?;
         let records = Canonical::from(ledger::read(&path)?.records);
         let command = Path::new(&protocol.name).join(LEDGER);
         let heading = Provenances::of(std::slice::from_ref(&path), false)?.heading(&command.display().to_string());
@@ -150,65 +181,121 @@ impl Run {
         let printed = tables.iter().filter(|(name, _)| first.contains(name)).map(|(_, text)| format!("{text}\n"));
         let mut printed: String = printed.collect();
         printed.push_str(&format!("The other tables and the ledger are in {}.\n", folder.display()));
+        printed.push_str(&broken_off(&records));
         let mut outputs = vec![(path, ledger::text(&records))];
         outputs.extend(tables.iter().map(|(name, text)| (folder.join(name), text.clone())));
         files::write_all(&outputs)?;
-        remove_former(&folder, publications, &tables)?;
+        remove_former(folder, publications, &tables)?;
         Ok(Published { records, tables, printed })
     }
 
-    /// Does the runs of a protocol; returns the path of their ledger.
-    fn ledger(&self, protocol: &Protocol, folder: &Path) -> Result<PathBuf, BenchError> {
-        let filter = Filter {
-            tasks: self.task.clone(),
-            variations: self.variation.clone(),
-            sequences: self.sequence.clone(),
-            methods: self.method.clone(),
-            teachers: self.teacher.clone(),
-        };
+    /// Does the runs of a protocol; returns the path of their ledger. These folders are new.
+    fn ledger(&self, protocol: &Protocol, folder: &Path, new: &[PathBuf]) -> Result<PathBuf, BenchError> {
+        let filter = self.filter();
         let wanted = Protocol { first_seed: self.seed.unwrap_or(protocol.first_seed), ..protocol.clone() };
         let registry = self.library.registry()?;
         let plan = Plan::new(wanted, &filter, &registry, &self.library.roster()?)?;
-        let path = self.prepare(folder, protocol, self.manifest(&plan, &registry)?)?;
+        let plan = match self.shard {
+            Some(shard) => plan.part(shard),
+            None => plan,
+        };
+        let begun = self.prepare(folder, protocol, self.manifest(&plan, &registry)?)?;
+        let path = folder.join(LEDGER);
         let (ledger, contents) = Ledger::open(&path)?;
-        contents.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
-        let interrupted = terminal::interrupt_flag();
-        let bar = Bar(ProgressBar::new(plan.len() as u64).with_style(terminal::progress_style()));
+        contents.warnings.iter().for_each(|warning| say(&format!("warning: {warning}")));
+        let done = self.done(&plan, &path, &contents.records)?;
+        let traces = Traces { ledger: path.clone(), files: begun, lock: Lock::path(folder), folders: new.to_vec() };
+        let last = traces.clone();
+        let interrupted = terminal::interrupt_flag(BenchError::Interrupted, move || last.remove_all());
+        let signs = Signs::of(plan.len());
+        let part = self.shard.map_or(String::new(), |shard| format!("shard {shard}: "));
+        say(&format!("{part}{} runs, in {}", plan.len(), folder.display()));
         let archive = self.demonstrations.then(|| Archive::new(folder.join("demonstrations")));
         let spending = Spending::default();
         let runner = Runner {
             plan: &plan,
             ledger: &Mutex::new(ledger),
-            done: &contents.done(),
+            done: &done,
             interrupted: &interrupted,
             archive: archive.as_ref(),
-            progress: &bar,
+            progress: &signs,
             spending: &spending,
         };
         let result = terminal::threads(self.jobs)?.install(|| runner.run());
-        bar.0.finish_and_clear();
+        signs.end();
         if self.profile {
-            eprint!("{}", spending.table());
+            say(&spending.table());
+        }
+        if result.is_err() {
+            traces.remove_files();
         }
         result?;
         Ok(path)
+    }
+
+    /// The runs of a plan that a ledger holds already.
+    fn done(&self, plan: &Plan, ledger: &Path, records: &[Record]) -> Result<BTreeSet<Identity>, BenchError> {
+        let planned = plan.places().into_keys().map(|run| (run.clone().names(), run));
+        let planned: BTreeMap<Identity, Identity> = planned.collect();
+        let mut done = BTreeSet::new();
+        for (index, record) in records.iter().enumerate() {
+            let run = record.identity();
+            match planned.get(&run.clone().names()) {
+                // Whoever mixes has been told.
+                Some(planned) if *planned == run || self.mixed => drop(done.insert(planned.clone())),
+                Some(_) => {
+                    return Err(BenchError::Argument(format!(
+                        "{}:{}: {run}: made of another task, teacher or protocol than this run's: give another --out",
+                        ledger.display(),
+                        index + 1
+                    )));
+                }
+                None => {}
+            }
+        }
+        Ok(done)
     }
 
     /// The manifest of this run. A protocol without tasks needs no teacher.
     fn manifest(&self, plan: &Plan, registry: &Registry) -> Result<Manifest, BenchError> {
         let protocol = &plan.protocol;
         let tasks = protocol.tasks.iter().chain(&self.task);
-        let tasks = tasks.filter_map(|name| Some((name.clone(), manifest::hash(registry.text(name)?))));
+        let tasks = tasks.filter_map(|name| Some((name.clone(), digest::hash(registry.text(name)?))));
         let tasks: BTreeMap<_, _> = tasks.collect();
         let teachers = protocol.teachers.iter().chain(&self.teacher).filter(|_| !tasks.is_empty());
         let teachers = self.library.teacher_hashes(teachers)?;
-        Ok(Manifest::new(protocol, self.library.plant.name(), tasks, teachers))
+        let manifest = Manifest::new(protocol, self.library.plant.name(), tasks, teachers);
+        Ok(Manifest { wanted: self.filter(), shard: self.shard, ..manifest })
     }
 
-    /// Makes the folder ready, its manifest first; returns the ledger's path.
-    fn prepare(&self, folder: &Path, protocol: &Protocol, manifest: Manifest) -> Result<PathBuf, BenchError> {
+    fn filter(&self) -> Filter {
+        Filter {
+            tasks: self.task.clone(),
+            variations: self.variation.clone(),
+            sequences: self.sequence.clone(),
+            methods: self.method.clone(),
+            teachers: self.teacher.clone(),
+        }
+    }
+
+    /// The part of the runs that is asked for, here or by a Slurm array.
+    fn shard(&self) -> Result<Option<Shard>, BenchError> {
+        match self.shard {
+            Some(shard) => Ok(Some(shard)),
+            None => {
+                let shard = Shard::of_slurm().map_err(BenchError::Argument)?;
+                if let Some(shard) = shard {
+                    say(&format!("a task of a Slurm array: shard {shard} (--shard 1/1 does all runs)"));
+                }
+                Ok(shard)
+            }
+        }
+    }
+
+    /// Makes the folder ready, its manifest first; returns the files that a run leaves behind of which nothing came:
+    /// those that were not there before.
+    fn prepare(&self, folder: &Path, protocol: &Protocol, manifest: Manifest) -> Result<Vec<PathBuf>, BenchError> {
         let write = |path: &Path, source| BenchError::Write { path: path.to_owned(), source };
-        fs::create_dir_all(folder).map_err(|source| write(folder, source))?;
         let (path, copy) = (folder.join(LEDGER), folder.join(PROTOCOL));
         if self.resume && path.exists() {
             let former = fs::read_to_string(&copy).map_err(|source| BenchError::Read { path: copy.clone(), source })?;
@@ -220,7 +307,7 @@ impl Run {
                 )));
             }
             self.go_on(&path, manifest)?;
-            return Ok(path);
+            return Ok(Vec::new());
         }
         if path.exists() {
             if self.out.is_some() {
@@ -231,8 +318,10 @@ impl Run {
             }
             fs::remove_file(&path).map_err(|source| write(&path, source))?;
         }
+        let new = [manifest::beside(&path), copy.clone(), path.clone()].into_iter().filter(|path| !path.exists());
+        let new = new.collect();
         files::write_all(&[(manifest::beside(&path), manifest.text()), (copy, protocol.source.clone())])?;
-        Ok(path)
+        Ok(new)
     }
 
     /// Whether this program may add to a ledger. Where the ledger is of another provenance, its manifest notes both.
@@ -240,8 +329,22 @@ impl Run {
         let path = manifest::beside(ledger);
         let former = Manifest::read(&path)?;
         let provenance = former.as_ref().map_or_else(Provenance::unknown, |former| former.provenance.clone());
+        if let Some(former) = &former
+            && former.shard != here.shard
+        {
+            let part = |shard: Option<Shard>| shard.map_or("all runs".to_owned(), |shard| format!("shard {shard}"));
+            return Err(BenchError::Argument(format!(
+                "{} holds {}, and this is {}: give another --out",
+                ledger.display(),
+                part(former.shard),
+                part(here.shard)
+            )));
+        }
         if provenance.agrees_with(&here.provenance) {
-            return Ok(());
+            let Some(former) = former else { return Ok(()) };
+            let mut noted = Manifest { wanted: former.wanted.or(&here.wanted), ..former.clone() };
+            noted.meet(&here.machine);
+            return if noted == former { Ok(()) } else { files::write_all(&[(path, noted.text())]) };
         }
         if !self.mixed {
             let ledger = ledger.display().to_string();
@@ -252,6 +355,15 @@ impl Run {
             None => (here, provenance),
         };
         if manifest.mix(&other) { files::write_all(&[(path, manifest.text())]) } else { Ok(()) }
+    }
+}
+
+/// A line about the runs that were not done to their end, where there are any.
+fn broken_off(records: &Canonical) -> String {
+    let is_failure = |record: &&Record| matches!(record, Record::Run(run) if run.outcome.is_failure());
+    match records.iter().filter(is_failure).count() {
+        0 => String::new(),
+        count => format!("{count} runs broke off; they count as failures of their methods: see the table `endings`.\n"),
     }
 }
 
@@ -271,8 +383,15 @@ fn unmade(publications: &[&Publication], tables: &[(String, String)]) -> impl It
 
 /// Compares records, all but their times.
 fn compare_records(records: &Canonical, expected: &Canonical) -> Result<(), BenchError> {
+    // A ledger of before there were contents is compared without them.
+    let has_contents = expected.iter().all(Record::has_content);
     let by_name = |records: &Canonical| -> BTreeMap<_, _> {
-        records.iter().map(|record| (record.identity(), ledger::text(&[record.without_times()]))).collect()
+        let comparable = |record: &Record| {
+            let record = record.without_times();
+            if has_contents { record } else { record.without_content() }
+        };
+        let comparable = records.iter().map(comparable);
+        comparable.map(|record| (record.identity(), ledger::text(&[record]))).collect()
     };
     let (records, expected) = (by_name(records), by_name(expected));
     let names: BTreeSet<_> = records.keys().chain(expected.keys()).collect();

@@ -8,10 +8,12 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use crate::cmd::run;
+use crate::digest;
 use crate::error::BenchError;
 use crate::files;
 use crate::machine::Machine;
 use crate::manifest::{self, Manifest, ProtocolStamp, Provenance};
+use crate::plan::Filter;
 use crate::program::UNKNOWN;
 use crate::provenances::Provenances;
 
@@ -99,10 +101,13 @@ fn unknown(folder: &Path) -> Result<Manifest, BenchError> {
         schema: schema.ok_or_else(|| malformed(ledger, "expected a line of a ledger, with its `schema`".to_owned()))?,
         plant: UNKNOWN.to_owned(),
         provenance: Provenance::unknown(),
-        protocol: ProtocolStamp { name, hash: manifest::hash(&source), first_seed, seeds },
+        protocol: ProtocolStamp { name, hash: digest::hash(&source), first_seed, seeds },
         machine: Machine::unknown(),
         tasks: [].into(),
         teachers: [].into(),
+        wanted: Filter::default(),
+        shard: None,
+        other_machines: Vec::new(),
         mixed: Vec::new(),
     })
 }

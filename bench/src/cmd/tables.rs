@@ -1,7 +1,7 @@
 //! `tables`: Markdown and CSV from ledgers.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
@@ -99,7 +99,8 @@ impl Tables {
         };
         fs::create_dir_all(folder).map_err(|source| BenchError::Write { path: folder.clone(), source })?;
         let outputs: Vec<(PathBuf, String)> = files.into_iter().map(|(name, text)| (folder.join(name), text)).collect();
-        files::write_all(&outputs)?;
+        let ledgers: Vec<&Path> = self.ledgers.iter().map(PathBuf::as_path).collect();
+        files::write_beside(&ledgers, &outputs)?;
         let text = outputs.iter().map(|(path, _)| format!("{}\n", path.display())).collect();
         Ok(PrintedTables { text, warnings })
     }

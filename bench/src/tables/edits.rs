@@ -104,8 +104,9 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
         )
     });
     let columns = OBEDIENCE.into_iter().fold(columns, |columns, (name, count)| {
-        let of_run = move |run: &&RunRecord| run.corrections.iter().map(|given| count(&given.obedience)).sum::<u32>();
-        columns.count(name, move |row: &Row| row.of.iter().map(of_run).sum::<u32>() as usize)
+        let of_run =
+            move |run: &&RunRecord| run.corrections.iter().map(|given| count(&given.obedience) as usize).sum::<usize>();
+        columns.count(name, move |row: &Row| row.of.iter().map(of_run).sum::<usize>())
     });
     STRUCTURE.into_iter().fold(columns, |columns, (name, measure)| {
         columns.column(name, Shape::Pooled(2), move |row| {

@@ -20,7 +20,8 @@ const TITLE: Title = Title {
     text: "Runs that came to nothing, and why",
     note: "Untaught: the original task was never learned, so no method that starts from it has a run; one row for all \
         of them, and `runs` are seeds. Given up: the teacher could not show the way; such a run counts its budget. \
-        Spoilt: the physics was no longer sound, which is no failure of the method.",
+        Spoilt: the physics was no longer sound, which is no failure of the method. Method error, timed out, panicked: \
+        the run was not done to its end; it counts its budget and no success.",
 };
 
 /// Protocol, task, variation, teacher, method, ending and the reason.
@@ -39,6 +40,9 @@ fn key(run: &RunRecord) -> Option<Key<'_>> {
         }
         Outcome::GaveUp { why } => own("gave up", why.as_str()),
         Outcome::Spoilt { why } => own("spoilt", why.as_str()),
+        Outcome::MethodError { why } => own("method error", why.as_str()),
+        Outcome::TimedOut { why } => own("timed out", why.as_str()),
+        Outcome::Panicked { why } => own("panicked", why.as_str()),
         Outcome::Reached | Outcome::Censored | Outcome::NotApplicable => None,
     }
 }

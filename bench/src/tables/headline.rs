@@ -49,6 +49,7 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
         .count("untaught", move |row| outcomes(row, |outcome| matches!(outcome, Outcome::Untaught { .. })))
         .count("spoilt", move |row| outcomes(row, |outcome| matches!(outcome, Outcome::Spoilt { .. })))
         .count("gave_up", move |row| outcomes(row, |outcome| matches!(outcome, Outcome::GaveUp { .. })))
+        .count("broken_off", move |row| outcomes(row, Outcome::is_failure))
         .column("changed", Shape::Pooled(2), move |row| success(runs(row), |run| run.after))
         .column("original_before", Shape::Pooled(2), move |row| {
             if role(row.key.2.name) == Role::FromScratch {

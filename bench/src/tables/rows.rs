@@ -158,4 +158,5 @@ pub(super) fn uncounted<'a, K>(columns: Columns<'a, Compared<'a, K>>) -> Columns
         .count("untaught", |row| row.outcomes(|outcome| matches!(outcome, Outcome::Untaught { .. })))
         .count("spoilt", |row| row.outcomes(|outcome| matches!(outcome, Outcome::Spoilt { .. })))
         .count("gave_up", |row| row.outcomes(|outcome| matches!(outcome, Outcome::GaveUp { .. })))
+        .count("broken_off", |row| row.outcomes(Outcome::is_failure))
 }

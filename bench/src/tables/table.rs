@@ -6,6 +6,7 @@ use std::fmt::Write;
 use super::column::{Cell, Columns, Head, Shape};
 use super::heading::Heading;
 use crate::ledger::Canonical;
+use crate::one_line::one_line;
 use crate::stats;
 
 /// Tables under one name: one Markdown file for all, and one CSV file for each.
@@ -45,7 +46,7 @@ impl Publication {
 
     /// Its Markdown.
     fn markdown(&self, tables: &[Table], heading: &Heading) -> String {
-        let command = format!("situ-bench tables {} --table {}", heading.ledgers, self.name);
+        let command = one_line(&format!("situ-bench tables {} --table {}", heading.ledgers, self.name));
         tables.iter().map(|table| table.to_markdown(heading, &command)).collect::<Vec<_>>().join("\n")
     }
 }
@@ -189,7 +190,7 @@ fn fixed(value: f64, digits: usize) -> String {
 fn fields(shape: Shape, cell: &Cell) -> Vec<String> {
     let number = |value: &f64| fixed(*value, CSV);
     match cell {
-        Cell::Text(text) => vec![text.clone()],
+        Cell::Text(text) => vec![one_line(text)],
         Cell::Count(count) => vec![count.to_string()],
         Cell::Number(value) => vec![number(value)],
         Cell::Rate(rate) => {
@@ -216,7 +217,7 @@ pub(super) fn markdown(shape: Shape, cell: &Cell) -> String {
         _ => SHARE,
     };
     match cell {
-        Cell::Text(text) => text.replace('|', "\\|"),
+        Cell::Text(text) => one_line(text).replace('|', "\\|"),
         Cell::Count(count) => count.to_string(),
         Cell::Number(value) => fixed(*value, digits),
         Cell::Rate(rate) => {

@@ -58,6 +58,7 @@ fn columns<'a>() -> Columns<'a, Row<'a>> {
         .count("untaught", move |row| outcomes(row, |outcome| matches!(outcome, Outcome::Untaught { .. })))
         .count("spoilt", move |row| outcomes(row, |outcome| matches!(outcome, Outcome::Spoilt { .. })))
         .count("gave_up", move |row| outcomes(row, |outcome| matches!(outcome, Outcome::GaveUp { .. })))
+        .count("broken_off", move |row| outcomes(row, Outcome::is_failure))
         .column("changed", Shape::Pooled(2), |row| success(counted(row), |run| run.after))
         .column("original", Shape::Pooled(2), |row| success(counted(row), |run| run.retained));
     let columns = EFFORT.into_iter().fold(columns, |columns, (name, measure, digits)| {

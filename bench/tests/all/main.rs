@@ -1,16 +1,24 @@
 //! The tests of the harness from outside, in one program, but for the one that counts allocations.
 
+mod broken;
 mod check;
 mod cost;
 mod dependencies;
 mod house;
 mod learn;
+mod outputs;
 mod provenance;
 mod published;
 mod readme;
 mod recorded;
 mod run;
+mod shards;
 mod show;
 mod small;
+#[allow(dead_code, reason = "the tests of the learner use all of it")]
+#[path = "../../../situ/tests/all/common/soak.rs"]
+mod soak;
+mod strangers;
+mod sweep;
 mod tutorial;
 mod update_cost;

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
+use situ_bench::digest;
 use situ_bench::ledger::{self, Ledger};
 use situ_bench::manifest::{self, Manifest};
 use situ_bench::plan::{Filter, Plan};
@@ -46,7 +47,7 @@ enum Found {
 
 /// The record that is made again: the hash of them all draws it from the cheaper half.
 fn drawn(records: Vec<Record>, registry: &Registry) -> Record {
-    let hash = manifest::hash(ledger::text(&records));
+    let hash = digest::hash(ledger::text(&records));
     let draw = usize::from_str_radix(&hash[..8], 16).expect("hexadecimal digits");
     let has_beads = |run: &RunRecord| {
         let task = registry.get(&run.key.task).unwrap();
@@ -126,7 +127,9 @@ fn found(folder: &Path) -> Found {
         spending: &Spending::new(),
     };
     runner.run().unwrap();
+    let has_content = published.has_content();
     let made = ledger::read(&again).unwrap().records.into_iter().map(|record| record.without_times());
+    let made = made.map(|record| if has_content { record } else { record.without_content() });
     let made = made.into_iter().find(|record| record.identity() == published.identity());
     let name = published.identity().to_string();
     if made.as_ref() == Some(&published) {
@@ -136,13 +139,21 @@ fn found(folder: &Path) -> Found {
     Found::Different(format!("{name}: published\n{}and now\n{now}", ledger::text(&[published])))
 }
 
-/// The folders of results that hold a ledger, in the order of their names.
+/// The folders of results that hold a ledger, and those in them, in the order of their names.
 fn published() -> Vec<PathBuf> {
-    let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("../results");
-    let folders = fs::read_dir(results).unwrap().map(|entry| entry.unwrap().path());
-    let mut folders: Vec<_> = folders.filter(|folder| folder.join("ledger.jsonl").exists()).collect();
+    let inside = |folder: &Path| -> Vec<PathBuf> {
+        let paths = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        paths.filter(|path| path.is_dir()).collect()
+    };
+    let mut folders = inside(&results());
+    folders.extend(folders.clone().iter().flat_map(|folder| inside(folder)));
+    folders.retain(|folder| folder.join("ledger.jsonl").exists());
     folders.sort();
     folders
+}
+
+fn results() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../results")
 }
 
 #[test]
@@ -151,7 +162,7 @@ fn every_published_folder_is_what_the_present_code_makes() {
     assert!(folders.len() >= 6, "{folders:?}");
     let mut different = Vec::new();
     for folder in folders {
-        let name = folder.file_name().unwrap().to_string_lossy().into_owned();
+        let name = folder.strip_prefix(results()).unwrap().display().to_string();
         match found(&folder) {
             Found::Same(record) => println!("{name}: made again, the same: {record}"),
             Found::Superseded(why) => println!("{name}: skipped, superseded: {why}"),

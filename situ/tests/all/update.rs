@@ -2,11 +2,17 @@
 //!
 //! Once with a learner on a line, which reaches every branch in thousands of automata, and once with the keyframe
 //! learner of `situ` and of the literal listing.
+//!
+//! ```text
+//! SITU_SOAK=200 cargo test -p situ --release --test all -- update --nocapture     # a million corrections
+//! ```
 
 use std::collections::BTreeSet;
 use std::fmt::Debug;
+use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::common::known::{a_new_way_changes_no_other, obeys, ways_keep_what_they_know};
+use crate::common::known::{a_new_way_changes_no_other, every_probability_is_one, obeys, ways_keep_what_they_know};
+use crate::common::soak;
 use crate::common::structure::{check, retired};
 use crate::common::toy::Toy;
 use crate::common::{CAREFUL, EXACT, Noise, Planted, Task, folded, histories, written};
@@ -229,6 +235,9 @@ fn order_does_not_matter<L: Learner + Clone>(
     assert_eq!(find(&z), expected);
 }
 
+/// Corrections whose updates were checked, in all tests.
+static CORRECTIONS: AtomicU64 = AtomicU64::new(0);
+
 /// Folds a correction in, and checks all that holds whatever the learner thinks.
 fn update<L>(
     before: &TaskModel<L>,
@@ -244,6 +253,8 @@ where
     check(&after, decisions);
     obeys(&after, &trace, decisions);
     ways_keep_what_they_know(&after, learner);
+    every_probability_is_one(&after, shown);
+    soak::tell(1 + CORRECTIONS.fetch_add(1, Ordering::Relaxed), "corrections were checked");
     // A retired positive may be one of the trail.
     let gone = retired(&after) - retired(before);
     assert!(gone <= trace.obedience.retired as usize, "{gone} are gone, {:?}", trace.obedience);
@@ -284,7 +295,7 @@ where
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(256))]
+    #![proptest_config(soak::config(256))]
 
     /// Random words in random states: every branch, merges of `a` and of bystanders, ways, corrections after any node
     /// and after START, with any trail or none, carried on to the end or not.
@@ -314,7 +325,7 @@ fn kernels() -> [(Decisions, KeyframeParameters); 2] {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(12))]
+    #![proptest_config(soak::config(12))]
 
     /// Keyframe models, three corrections in a row: structure, locality, and the same bits on a second run.
     #[test]
@@ -338,7 +349,13 @@ proptest! {
                 }
                 bits
             };
-            prop_assert_eq!(run(), run());
+            let bits = run();
+            prop_assert_eq!(&bits, &run());
+            // What is written is JSON, and no number of it is lost.
+            for text in &bits {
+                let value: serde_json::Value = serde_json::from_str(text).unwrap();
+                prop_assert_eq!(&serde_json::from_str::<serde_json::Value>(&value.to_string()).unwrap(), &value);
+            }
         }
     }
 }
@@ -355,7 +372,7 @@ fn made(task: &Task, originals: Noise, planted: Planted, draw: u64, noise: Noise
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(12))]
+    #![proptest_config(soak::config(12))]
 
     #[test]
     fn a_covered_correction_without_noise_adds_nothing(seed in any::<u64>(), skills in 5_usize..10, end in any::<bool>()) {

@@ -64,12 +64,14 @@ fn a_file_is_read_and_what_it_leaves_out_is_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mine.toml");
     std::fs::write(&path, file("missing = 1.0")).unwrap();
-    let profiles = Profile::load(&path).unwrap();
+    let roster = Roster::default().with_file(&path).unwrap();
+    let profiles = roster.profiles();
     assert_eq!(profiles.len(), 2);
+    assert_eq!(roster.text(&profiles[1].name), Some(&*file("missing = 1.0")));
     assert_eq!(profiles[0].contact, Noise { position: 0.001, rotation: 0.0 });
     assert_eq!((profiles[1].missing, profiles[1].spurious), (1.0, 0.0));
     let nowhere = folder.path().join("nowhere.toml");
-    match Profile::load(&nowhere) {
+    match Roster::default().with_file(&nowhere) {
         Err(TeacherError::Read { path: named, .. }) => assert_eq!(named, nowhere),
         other => panic!("{other:?}"),
     }

@@ -6,14 +6,14 @@ use crate::error::TaskError;
 use crate::event::{Event, Happening};
 use crate::file::{EventFile, InterventionFile};
 use crate::intervention::Intervention;
-use crate::key::Key;
+use crate::key::KeyPath;
 use crate::skill::Skill;
 use crate::vocabulary::Role;
 
 impl Builder<'_> {
     pub(super) fn event(
         &self,
-        key: &Key,
+        key: &KeyPath,
         file: &EventFile,
         names: &Names,
         skills: &[Skill],
@@ -41,7 +41,7 @@ impl Builder<'_> {
     }
 
     /// Either a push with its displacement or a drop.
-    pub(super) fn happening(&self, key: &Key, file: &EventFile, names: &Names) -> Result<Happening, TaskError> {
+    pub(super) fn happening(&self, key: &KeyPath, file: &EventFile, names: &Names) -> Result<Happening, TaskError> {
         for (field, name) in [("push", &file.push), ("drop", &file.drop)] {
             if let Some(name) = name {
                 self.check_name(&key.field(field), name, Role::Object, names)?;
@@ -61,7 +61,7 @@ impl Builder<'_> {
 
     pub(super) fn intervention(
         &self,
-        key: &Key,
+        key: &KeyPath,
         file: &InterventionFile,
         names: &Names,
     ) -> Result<Intervention, TaskError> {

@@ -7,13 +7,13 @@ use super::layers::located;
 use super::names::Names;
 use crate::error::TaskError;
 use crate::feature::{Observable, WorldSchema};
-use crate::key::Key;
+use crate::key::KeyPath;
 use crate::sequence::VariationSequence;
 
 impl Builder<'_> {
     /// Checks the name of the file, and those of its variations.
     pub(crate) fn check_names(&self) -> Result<(), TaskError> {
-        let root = Key::default();
+        let root = KeyPath::default();
         self.check_word(&root.field("name"), &self.file.name)?;
         let mut seen = BTreeSet::new();
         for (key, variation) in located(&root, "variation", &self.file.variation) {
@@ -31,7 +31,7 @@ impl Builder<'_> {
     pub(crate) fn sequences(&self) -> Result<Vec<VariationSequence>, TaskError> {
         let mut seen = BTreeSet::new();
         let mut sequences = Vec::new();
-        for (key, file) in located(&Key::default(), "sequence", &self.file.sequence) {
+        for (key, file) in located(&KeyPath::default(), "sequence", &self.file.sequence) {
             self.check_word(&key.field("name"), &file.name)?;
             if !seen.insert(&file.name) {
                 let expected = format!("the sequence `{}` exists already; expected another name", file.name);
@@ -49,7 +49,7 @@ impl Builder<'_> {
     }
 
     /// Checks that a sequence is of at least two variations of the file, each once.
-    fn check_variations(&self, key: &Key, names: &[String]) -> Result<(), TaskError> {
+    fn check_variations(&self, key: &KeyPath, names: &[String]) -> Result<(), TaskError> {
         if names.len() < 2 {
             return self.wrong(key, "expected at least two variations");
         }
@@ -71,7 +71,7 @@ impl Builder<'_> {
     pub(crate) fn schema(&self) -> Result<WorldSchema, TaskError> {
         let all = self.all_names();
         let mut observables = Vec::new();
-        for (key, text) in located(&Key::default(), "observe", &self.file.observe) {
+        for (key, text) in located(&KeyPath::default(), "observe", &self.file.observe) {
             let observable = Observable::parse(text).map_err(|expected| self.document.error(&key, expected))?;
             let mut unknown = None;
             observable.visit_names(&mut |name, role| unknown = unknown.take().or_else(|| all.mistake(name, role)));
@@ -84,14 +84,14 @@ impl Builder<'_> {
             observables.push(observable);
         }
         if observables.is_empty() {
-            return self.wrong(&Key::default().field("observe"), "expected at least one feature");
+            return self.wrong(&KeyPath::default().field("observe"), "expected at least one feature");
         }
         Ok(WorldSchema::new(observables))
     }
 
     /// The names of the original and of all variations.
     fn all_names(&self) -> Names {
-        let (file, root) = (self.file, Key::default());
+        let (file, root) = (self.file, KeyPath::default());
         let names = |object, slide, beads| Names::new(&located(&root, "", object), &located(&root, "", slide), beads);
         let original = names(&file.object, &file.joint, file.beads.is_some());
         let variations = file.variation.iter().map(|v| names(&v.object, &v.joint, v.beads.is_some()));

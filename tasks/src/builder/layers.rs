@@ -1,13 +1,13 @@
 //! A file with one variation laid over it.
 
 use crate::file::{TaskFile, VariationFile};
-use crate::key::Key;
+use crate::key::KeyPath;
 
 /// Entries of a list, each with its key.
-pub(super) type Located<'a, T> = Vec<(Key, &'a T)>;
+pub(super) type Located<'a, T> = Vec<(KeyPath, &'a T)>;
 
 /// Each entry of a list with its key.
-pub(super) fn located<'a, T>(root: &Key, field: &str, entries: &'a [T]) -> Located<'a, T> {
+pub(super) fn located<'a, T>(root: &KeyPath, field: &str, entries: &'a [T]) -> Located<'a, T> {
     entries.iter().enumerate().map(|(i, entry)| (root.field(field).index(i), entry)).collect()
 }
 
@@ -42,17 +42,17 @@ pub(super) fn laid_over<'a, T>(
 
 /// A file, and the variation that is laid over it, if one is.
 pub(super) struct Layers<'a> {
-    over: Option<(Key, &'a VariationFile)>,
+    over: Option<(KeyPath, &'a VariationFile)>,
 }
 
 impl<'a> Layers<'a> {
     /// The original (no index) or one variation.
     pub(super) fn new(file: &'a TaskFile, index: Option<usize>) -> Layers<'a> {
-        Layers { over: index.map(|i| (Key::default().field("variation").index(i), &file.variation[i])) }
+        Layers { over: index.map(|i| (KeyPath::default().field("variation").index(i), &file.variation[i])) }
     }
 
     /// The variation, with its key.
-    pub(super) fn over(&self) -> Option<(&Key, &'a VariationFile)> {
+    pub(super) fn over(&self) -> Option<(&KeyPath, &'a VariationFile)> {
         self.over.as_ref().map(|(key, variation)| (key, *variation))
     }
 
@@ -64,11 +64,15 @@ impl<'a> Layers<'a> {
         of: fn(&'a VariationFile) -> &'a Vec<T>,
     ) -> [Located<'a, T>; 2] {
         let over = self.over().map(|(key, variation)| located(key, field, of(variation)));
-        [located(&Key::default(), field, base), over.unwrap_or_default()]
+        [located(&KeyPath::default(), field, base), over.unwrap_or_default()]
     }
 
     /// What the variation says instead of the file, with its key; none where it leaves the file's.
-    pub(super) fn changed<T>(&self, field: &str, of: fn(&'a VariationFile) -> &'a Option<T>) -> Option<(Key, &'a T)> {
+    pub(super) fn changed<T>(
+        &self,
+        field: &str,
+        of: fn(&'a VariationFile) -> &'a Option<T>,
+    ) -> Option<(KeyPath, &'a T)> {
         self.over().and_then(|(key, variation)| Some((key.field(field), of(variation).as_ref()?)))
     }
 
@@ -78,7 +82,7 @@ impl<'a> Layers<'a> {
         field: &str,
         base: &'a T,
         of: fn(&'a VariationFile) -> &'a Option<T>,
-    ) -> (Key, &'a T) {
-        self.changed(field, of).unwrap_or_else(|| (Key::default().field(field), base))
+    ) -> (KeyPath, &'a T) {
+        self.changed(field, of).unwrap_or_else(|| (KeyPath::default().field(field), base))
     }
 }

@@ -1,13 +1,13 @@
 //! What is there, and where it starts: `[[object]]`, `[beads]` and `[[magnet]]`.
 
-use situ_sim::{Beads, Magnet, Pose, World, pose_at};
+use situ_sim::{Beads, Magnet, Pose, SimError, World, pose_at};
 
 use super::check::Builder;
 use super::layers::Located;
 use super::names::Names;
 use crate::error::TaskError;
 use crate::file::{BeadsFile, MagnetFile, ObjectFile};
-use crate::key::Key;
+use crate::key::KeyPath;
 use crate::placement::{Placed, Start};
 use crate::setting::Setting;
 use crate::start;
@@ -29,7 +29,7 @@ impl Builder<'_> {
         Ok(placed)
     }
 
-    pub(super) fn start(&self, key: &Key, start: &Start, before: &[Placed]) -> Result<Start, TaskError> {
+    pub(super) fn start(&self, key: &KeyPath, start: &Start, before: &[Placed]) -> Result<Start, TaskError> {
         for (name, range) in [("x", start.x), ("y", start.y), ("yaw", start.yaw)] {
             if range[0] > range[1] {
                 return self
@@ -50,7 +50,7 @@ impl Builder<'_> {
         Ok(start.clone())
     }
 
-    pub(super) fn beads(&self, key: &Key, file: &BeadsFile, names: &Names) -> Result<(String, Beads), TaskError> {
+    pub(super) fn beads(&self, key: &KeyPath, file: &BeadsFile, names: &Names) -> Result<(String, Beads), TaskError> {
         self.check_name(&key.field("container"), &file.container, Role::Container, names)?;
         if file.count == 0 {
             return self.wrong(&key.field("count"), "0: expected at least one bead");
@@ -71,7 +71,7 @@ impl Builder<'_> {
         Ok((file.container.clone(), beads))
     }
 
-    pub(super) fn magnet(&self, key: &Key, file: &MagnetFile, names: &Names) -> Result<Magnet, TaskError> {
+    pub(super) fn magnet(&self, key: &KeyPath, file: &MagnetFile, names: &Names) -> Result<Magnet, TaskError> {
         self.check_name(&key.field("a"), &file.a, Role::Object, names)?;
         self.check_name(&key.field("b"), &file.b, Role::Object, names)?;
         self.check_positive(&key.field("force"), file.force)?;
@@ -90,12 +90,18 @@ impl Builder<'_> {
                 Ok(()) => continue,
                 Err(error) => error,
             };
-            let (TaskError::Overlap { second: object, .. } | TaskError::Crowded { object, .. }) = &wrong else {
-                return Err(wrong);
+            let object = match &wrong {
+                TaskError::Overlap { second: object, .. } | TaskError::Crowded { object, .. } => object,
+                TaskError::World {
+                    source: SimError::BadPose { object, .. } | SimError::BadValue { object, .. },
+                    ..
+                } => object,
+                _ => return self.wrong(&KeyPath::default().field("object"), wrong.to_string()),
             };
             let of = |name: &str| files.iter().find(|(_, file)| file.name == *name).map(|(key, _)| key);
             // The hand is placed by the file, too.
-            let key = of(object).map_or_else(|| Key::default().field("gripper").field("at"), |key| key.field("start"));
+            let key =
+                of(object).map_or_else(|| KeyPath::default().field("gripper").field("at"), |key| key.field("start"));
             return self.wrong(&key, wrong.to_string());
         }
         Ok(())

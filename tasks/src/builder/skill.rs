@@ -7,7 +7,7 @@ use super::layers::Located;
 use super::names::Names;
 use crate::error::TaskError;
 use crate::file::{KeyframeFile, SkillFile};
-use crate::key::Key;
+use crate::key::KeyPath;
 use crate::skill::{KeyframeCommand, Skill};
 use crate::vocabulary::Role;
 
@@ -32,14 +32,14 @@ impl Builder<'_> {
             });
         }
         if skills.is_empty() {
-            return self.wrong(&Key::default().field("skill"), "expected at least one skill");
+            return self.wrong(&KeyPath::default().field("skill"), "expected at least one skill");
         }
         Ok(skills)
     }
 
     pub(super) fn keyframe(
         &self,
-        key: &Key,
+        key: &KeyPath,
         file: &KeyframeFile,
         tool: [f64; 3],
     ) -> Result<KeyframeCommand, TaskError> {

@@ -8,7 +8,7 @@ use super::check::Builder;
 use super::layers::{Located, New, laid_over};
 use super::names::Names;
 use crate::error::TaskError;
-use crate::key::Key;
+use crate::key::KeyPath;
 use crate::placement::Placed;
 use crate::vocabulary::Role;
 
@@ -31,7 +31,13 @@ impl<'a> Builder<'a> {
     }
 
     /// A slide of the file: `[[joint]]`.
-    pub(super) fn slide(&self, key: &Key, file: &Slide, placed: &[Placed], names: &Names) -> Result<Slide, TaskError> {
+    pub(super) fn slide(
+        &self,
+        key: &KeyPath,
+        file: &Slide,
+        placed: &[Placed],
+        names: &Names,
+    ) -> Result<Slide, TaskError> {
         for (field, name) in [("object", &file.child), ("parent", &file.parent)] {
             self.check_name(&key.field(field), name, Role::Object, names)?;
         }
@@ -62,7 +68,7 @@ impl<'a> Builder<'a> {
     }
 
     /// The forces at which a motion ends, and whether the solver's iterations are possible.
-    pub(super) fn guard(&self, root: &Key) -> Result<Guard, TaskError> {
+    pub(super) fn guard(&self, root: &KeyPath) -> Result<Guard, TaskError> {
         if let Some(iterations) = self.file.solver_iterations.filter(|n| !ITERATIONS.contains(n)) {
             let expected = format!("{iterations}: expected {} to {}", ITERATIONS.start(), ITERATIONS.end());
             return self.wrong(&root.field("solver_iterations"), expected);

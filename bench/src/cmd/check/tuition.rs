@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicU64};
 
 use comfy_table::Table;
 use situ_tasks::{NeededEdit, Registry, Setting};
@@ -56,6 +56,7 @@ impl Ground<'_> {
         what(&Conditions {
             protocol: &self.protocol,
             teacher: self.teacher,
+            content: "",
             seed,
             task: &setting.task,
             schema: &schema,
@@ -64,6 +65,7 @@ impl Ground<'_> {
             memo: &memo,
             spending: &self.spending,
             phase: RunPhase::Teach,
+            steps: &AtomicU64::new(0),
         })
     }
 }

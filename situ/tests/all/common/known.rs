@@ -1,8 +1,9 @@
 //! What a model must do with what it knows after a correction: obey (decision D22), and keep its ways (decision D20).
 
 use situ::decisions::Decisions;
+use situ::demonstration::Demonstration;
 use situ::place::Place;
-use situ::primitive::Learner;
+use situ::primitive::{Initiation, Learner};
 use situ::state::State;
 use situ::task_model::TaskModel;
 use situ::trace::{Obedience, Step, Trace};
@@ -34,6 +35,26 @@ pub(crate) fn obeys<L: Learner>(model: &TaskModel<L>, trace: &Trace, decisions: 
         assert_eq!((aliased, disobeyed), (trace.obedience.aliased, trace.obedience.disobeyed), "{demonstration}");
     } else {
         assert_eq!(trace.obedience, Obedience::default());
+    }
+}
+
+/// In every state of a demonstration every place has a probability from 0 to 1, and the child that is chosen is a child.
+pub(crate) fn every_probability_is_one<L: Learner>(model: &TaskModel<L>, shown: &Demonstration) {
+    let states = shown.keyframes().iter().map(|keyframe| &keyframe.state).chain([shown.final_state()]);
+    let places = model.nodes().map(|(id, _)| Place::Node(id)).chain([Place::Start]);
+    let places: Vec<Place> = places.collect();
+    for state in states {
+        for (id, node) in model.nodes() {
+            let probability = node.classifier.probability(state);
+            assert!((0.0..=1.0).contains(&probability), "{id}: {probability}");
+        }
+        for place in &places {
+            let Some((child, probability)) = model.most_probable_child(*place, state) else {
+                assert_eq!(model.children(*place).count(), 0, "{place}");
+                continue;
+            };
+            assert!((0.0..=1.0).contains(&probability) && model.children(*place).any(|other| other == child));
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Random tasks whose structure is known, models that are taught by them, and corrections that need a known edit.
 
 pub(crate) mod known;
+pub(crate) mod soak;
 pub(crate) mod structure;
 pub(crate) mod toy;
 

@@ -1,0 +1,191 @@
+//! What must hold of any bytes that a stranger takes for a file of ours. The tests and the fuzzers (`bench/fuzz`) ask
+//! the same. A file is refused with its name, a line that it has, and one line of plain text; or it is accepted, and
+//! then it can be used. Each check says whether it was accepted.
+
+use std::path::Path;
+use std::sync::OnceLock;
+
+use situ::demonstration::Kind;
+use situ::method::{Method, named};
+use situ_bench::cmd::learn::learn;
+use situ_bench::demonstration_file::{DemonstrationFile, render};
+use situ_bench::ledger::{self, Canonical};
+use situ_bench::plan::{Filter, Plan};
+use situ_bench::protocol::Protocol;
+use situ_bench::record::Record;
+use situ_bench::tables::{self, Heading};
+use situ_tasks::{Predicate, Registry, Task, name};
+use situ_teachers::{Profile, Roster, Way};
+
+/// What the file is called. No text of a file holds this name by itself.
+const FILE: &str = "a stranger's file";
+/// The longest message that is still one to read.
+const LONGEST_MESSAGE: usize = 3000;
+/// A plan of so many records at most is made to name each of them.
+const FEW_RECORDS: usize = 5000;
+/// A demonstration of no more keyframes, features and choices is learned.
+const FEW_KEYFRAMES: usize = 12;
+const FEW_FEATURES: usize = 8;
+const FEW_CHOICES: usize = 8;
+/// Tables are made of so many records at most.
+const FEW_LINES: usize = 8;
+
+/// A message is one line of plain text.
+fn plain(message: &str) {
+    assert!(!message.chars().any(char::is_control), "control characters: {message:?}");
+    assert!(message.chars().count() <= LONGEST_MESSAGE, "{} letters: {message:.200}…", message.chars().count());
+}
+
+/// A refusal begins with the file and a line that it has.
+fn refused(message: &str, bytes: &[u8]) -> bool {
+    plain(message);
+    let rest = message.strip_prefix(FILE).and_then(|rest| rest.strip_prefix(':'));
+    let line = rest.and_then(|rest| rest.split_once(':')).and_then(|(line, _)| line.parse::<usize>().ok());
+    let lines = 1 + bytes.iter().filter(|byte| **byte == b'\n').count();
+    assert!(line.is_some_and(|line| (1..=lines).contains(&line)), "{lines} lines: {message}");
+    false
+}
+
+/// A task file.
+pub fn task(bytes: &[u8]) -> bool {
+    let Ok(text) = str::from_utf8(bytes) else { return false };
+    let task = match Task::parse(text, Path::new(FILE)) {
+        Ok(task) => task,
+        Err(error) => return refused(&error.to_string(), bytes),
+    };
+    assert_eq!(name::mistake(task.name()), None);
+    assert_eq!(task.settings().count(), 1 + task.variations().count());
+    for setting in task.settings() {
+        assert_eq!(&task.variation(setting.variation.as_deref()).expect("its own"), setting);
+        for condition in [&setting.goal, &setting.premise] {
+            assert_eq!(Predicate::parse(&condition.to_string()).as_ref(), Ok(condition));
+        }
+        assert!(setting.time_limit > 0.0 && !setting.skills.is_empty());
+    }
+    for sequence in task.sequences() {
+        assert!(sequence.variations.iter().all(|name| task.variation(Some(name)).is_ok()), "{}", sequence.name);
+    }
+    true
+}
+
+fn registry() -> &'static Registry {
+    static REGISTRY: OnceLock<Registry> = OnceLock::new();
+    REGISTRY.get_or_init(|| Registry::builtin().expect("the library is sound"))
+}
+
+fn roster() -> &'static Roster {
+    static ROSTER: OnceLock<Roster> = OnceLock::new();
+    ROSTER.get_or_init(|| Roster::builtin().expect("the roster is sound"))
+}
+
+/// A protocol. One that is accepted can be planned, or names what nothing has.
+pub fn protocol(bytes: &[u8]) -> bool {
+    let Ok(text) = str::from_utf8(bytes) else { return false };
+    let protocol = match Protocol::parse(text, Path::new(FILE)) {
+        Ok(protocol) => protocol,
+        Err(error) => return refused(&error.to_string(), bytes),
+    };
+    assert_eq!(name::mistake(&protocol.name), None);
+    assert!(protocol.target > 0.0 && protocol.target <= 1.0 && (0.0..=1.0).contains(&protocol.confidence));
+    match Plan::new(protocol, &Filter::default(), registry(), roster()) {
+        Ok(plan) if plan.len() <= FEW_RECORDS => assert_eq!(plan.places().len(), plan.len(), "a name each"),
+        Ok(_) => {}
+        Err(error) => plain(&error.to_string()),
+    }
+    true
+}
+
+fn situ() -> Box<dyn Method> {
+    named("situ").expect("the method of the paper")
+}
+
+/// The original demonstrations of the repository's example.
+fn originals() -> &'static [DemonstrationFile; 2] {
+    static ORIGINALS: OnceLock<[DemonstrationFile; 2]> = OnceLock::new();
+    const TEXTS: [&str; 2] = [
+        include_str!("../../../examples/demonstrations/serve-1.json"),
+        include_str!("../../../examples/demonstrations/serve-2.json"),
+    ];
+    ORIGINALS.get_or_init(|| {
+        TEXTS.map(|text| DemonstrationFile::parse(text.to_owned(), Path::new("serve.json")).expect("the example"))
+    })
+}
+
+/// A demonstration file. One that is accepted is written and read back as it was. A small one is learned, or refused
+/// by name.
+pub fn demonstration(bytes: &[u8]) -> bool {
+    let Ok(text) = str::from_utf8(bytes) else { return false };
+    let file = match DemonstrationFile::parse(text.to_owned(), Path::new(FILE)) {
+        Ok(file) => file,
+        Err(error) => return refused(&error.to_string(), bytes),
+    };
+    let written = render(&file.demonstration, &file.schema, &file.before);
+    let again = DemonstrationFile::parse(written.clone(), file.path()).expect("what is written is read");
+    assert_eq!(render(&again.demonstration, &again.schema, &again.before), written);
+    let is_small = file.demonstration.keyframes().len() <= FEW_KEYFRAMES
+        && file.schema.len() <= FEW_FEATURES
+        && file.before.trail.len() <= FEW_CHOICES;
+    if !is_small {
+        return true;
+    }
+    let learning = match file.demonstration.kind() {
+        Kind::Original => learn(&*situ(), &[file], &[], 0),
+        Kind::Corrective => learn(&*situ(), originals(), &[file], 0),
+    };
+    match learning {
+        Ok(learning) => {
+            let dot = learning.learned.graph().to_dot("a model");
+            assert!(!dot.chars().any(|letter| letter.is_control() && letter != '\n'), "{dot:?}");
+            learning.learned.to_json();
+        }
+        Err(error) => {
+            let message = error.to_string();
+            plain(&message);
+            assert!(message.contains(FILE), "{message}");
+        }
+    }
+    true
+}
+
+/// A ledger. One that is accepted is written and read back as it was, and tables can be made of it.
+pub fn ledger(bytes: &[u8]) -> bool {
+    let contents = match ledger::contents(Path::new(FILE), bytes) {
+        Ok(contents) => contents,
+        Err(error) => return refused(&error.to_string(), bytes),
+    };
+    for warning in &contents.warnings {
+        refused(warning, bytes);
+    }
+    let written = ledger::text(&contents.records);
+    let again = ledger::contents(Path::new(FILE), written.as_bytes()).expect("what is written is read");
+    assert_eq!((&again.records, again.warnings.len()), (&contents.records, 0));
+    if contents.records.len() > FEW_LINES {
+        return true;
+    }
+    let canonical = Canonical::from(contents.records);
+    assert_eq!(Canonical::from(canonical.to_vec()), canonical);
+    assert!(canonical.is_sorted_by_key(Record::identity));
+    let heading =
+        Heading { ledgers: "a ledger".to_owned(), revision: "Revision: unknown".to_owned(), superseded: None };
+    for table in tables::ALL.iter().flat_map(|publication| publication.tables(&canonical)) {
+        for text in [table.to_csv(), table.to_markdown(&heading, "a command")] {
+            assert!(!text.chars().any(|letter| letter.is_control() && letter != '\n'), "{text:?}");
+        }
+    }
+    true
+}
+
+/// A file of teachers.
+pub fn teachers(bytes: &[u8]) -> bool {
+    let Ok(text) = str::from_utf8(bytes) else { return false };
+    let profiles = match Profile::parse(text, Path::new(FILE)) {
+        Ok(profiles) => profiles,
+        Err(error) => return refused(&error.to_string(), bytes),
+    };
+    for (index, profile) in profiles.iter().enumerate() {
+        assert_eq!(name::mistake(&profile.name), None);
+        assert!(profiles[..index].iter().all(|other| other.name != profile.name), "{}", profile.name);
+        assert!(Way::ALL.iter().all(|way| (0.0..=1.0).contains(&profile.rate(*way))), "{profile:?}");
+    }
+    true
+}
