@@ -2,8 +2,8 @@
 //! an episode takes is what it says.
 //!
 //! ```text
-//! cargo test -p situ-bench --release --test memory -- --ignored --nocapture     # ten thousand nodes
-//! SITU_SOAK=50 cargo test -p situ-bench --release --test memory -- one_model --nocapture     # ten thousand corrections
+//! cargo test -p situ-bench --release --test memory -- --ignored --nocapture  # 10,000 nodes
+//! SITU_SOAK=50 cargo test -p situ-bench --release --test memory -- one_model --nocapture  # 10,000 corrections
 //! ```
 
 #[path = "../../situ/tests/all/common/soak.rs"]

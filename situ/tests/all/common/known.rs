@@ -38,7 +38,7 @@ pub(crate) fn obeys<L: Learner>(model: &TaskModel<L>, trace: &Trace, decisions: 
     }
 }
 
-/// In every state of a demonstration every place has a probability from 0 to 1, and the child that is chosen is a child.
+/// In every state of a demonstration every place has a probability from 0 to 1, and the child that is chosen is one.
 pub(crate) fn every_probability_is_one<L: Learner>(model: &TaskModel<L>, shown: &Demonstration) {
     let states = shown.keyframes().iter().map(|keyframe| &keyframe.state).chain([shown.final_state()]);
     let places = model.nodes().map(|(id, _)| Place::Node(id)).chain([Place::Start]);
