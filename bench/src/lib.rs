@@ -40,7 +40,6 @@ pub mod lock;
 pub mod machine;
 pub mod manifest;
 pub mod memo;
-pub mod one_line;
 pub mod pictures;
 pub mod plan;
 pub mod program;

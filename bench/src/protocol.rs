@@ -29,7 +29,7 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// More than ten times as many as any run of the families takes.
+    /// So many that a run without an end meets them, and no other.
     fn usual_steps() -> u64 {
         100_000_000
     }

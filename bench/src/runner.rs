@@ -269,6 +269,8 @@ fn originals<'a>(
     for method in singles.chain(left.sequences.iter().map(|left| left.method)) {
         if let Entry::Vacant(entry) = originals.entry(method.original()) {
             let is_standard = method.original() == standard.original();
+            // What one method is taught is no other's budget.
+            let conditions = Conditions { steps: &AtomicU64::new(0), ..*conditions };
             let own = if is_standard { Ok(task.clone()) } else { contained(|| conditions.taught_to(&task, method))? };
             entry.insert(match own {
                 Ok(task) => (method, task, None),

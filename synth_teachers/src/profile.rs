@@ -143,12 +143,12 @@ impl Profile {
     /// # Errors
     /// [`TeacherError::File`] with the line, and what was expected.
     pub fn parse(text: &str, path: &Path) -> Result<Vec<Self>, TeacherError> {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let refuse = |offset: usize, problem: String| TeacherError::File {
             path: path.to_owned(),
             line: text[..offset.min(text.len())].matches('\n').count() + 1,
             problem: name::shown(&problem),
         };
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         // What is no TOML is said below.
         if let Ok(document) = Document::parse(text, path) {
             document.check_kind(FileKind::Teachers)?;

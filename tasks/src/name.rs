@@ -20,23 +20,32 @@ pub fn mistake(name: &str) -> Option<String> {
 const SHOWN_WORD: usize = 100;
 const SHOWN_TEXT: usize = 1000;
 
-/// A text of a file as a message repeats it: on one line and in plain letters, however long it is and whatever it
-/// holds. A letter that would control the terminal or turn the line is written out as an escape, and what is too long
-/// is cut.
-pub fn shown(text: &str) -> String {
+/// A stranger's text on one line and in plain letters, for DOT, Markdown, CSV and the terminal: what would break the
+/// line, control the terminal or turn the direction of writing is written out as an escape.
+pub fn one_line(text: &str) -> String {
     let is_odd = |letter: char| {
-        letter.is_control() || matches!(letter, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}')
+        letter.is_control()
+            || matches!(letter, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}')
     };
-    let (mut shown, mut word) = (String::new(), 0);
-    for (index, letter) in text.chars().enumerate() {
-        if index == SHOWN_TEXT {
+    let mut line = String::with_capacity(text.len());
+    for letter in text.chars() {
+        if is_odd(letter) { line.extend(letter.escape_default()) } else { line.push(letter) }
+    }
+    line
+}
+
+/// A text of a file as a message repeats it: [`one_line`] of it, cut where it is too long.
+pub fn shown(text: &str) -> String {
+    let (mut shown, mut letters, mut word) = (String::new(), 0, 0);
+    for letter in one_line(text).chars() {
+        word = if letter == ' ' { 0 } else { word + 1 };
+        letters += usize::from(word < SHOWN_WORD);
+        if letters > SHOWN_TEXT {
             return shown + "…";
         }
-        word = if letter == ' ' { 0 } else { word + 1 };
         match word.cmp(&SHOWN_WORD) {
             Ordering::Greater => {}
             Ordering::Equal => shown.push('…'),
-            Ordering::Less if is_odd(letter) => shown.extend(letter.escape_default()),
             Ordering::Less => shown.push(letter),
         }
     }
@@ -45,13 +54,19 @@ pub fn shown(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{mistake, shown};
+    use super::{mistake, one_line, shown};
 
     #[test]
     fn what_is_shown_is_one_line() {
         assert_eq!(shown("a \u{1b}[31m\nred\u{202e} é"), "a \\u{1b}[31m\\nred\\u{202e} é");
-        assert_eq!(shown(&format!("`{}` b", "n".repeat(500))), format!("`{}… b", "n".repeat(98)));
+        assert_eq!(shown(&format!("`{}` b", "n".repeat(5000))), format!("`{}… b", "n".repeat(98)));
         assert_eq!(shown(&"a ".repeat(5000)).chars().count(), 1001);
+        assert_eq!(shown(&"\u{7f} ".repeat(5000)).chars().count(), 1001);
+    }
+
+    #[test]
+    fn a_line_stays_one_line() {
+        assert_eq!(one_line("a | é\tb\r\n\u{1b}[1m\u{202e}c\u{2028}"), "a | é\\tb\\r\\n\\u{1b}[1m\\u{202e}c\\u{2028}");
     }
 
     #[test]

@@ -9,11 +9,11 @@ use situ::demonstration::Kind;
 use situ::edit::{self, Difference};
 use situ::method::{self, Learned, Method};
 use situ::trace::{Counters, Trace};
+use situ_tasks::name::one_line;
 
 use crate::demonstration_file::{DemonstrationFile, check_together};
 use crate::error::BenchError;
 use crate::files;
-use crate::one_line::one_line;
 use crate::stop::Unheld;
 
 /// The end of the long help: the file format in short.

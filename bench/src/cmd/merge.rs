@@ -10,6 +10,7 @@ use clap::Args;
 use crate::cmd::library::{Carrier, Library};
 use crate::cmd::run::{LEDGER, PROTOCOL};
 use crate::cmd::terminal::say;
+use crate::cmd::traces;
 use crate::digest;
 use crate::error::BenchError;
 use crate::files;
@@ -81,12 +82,10 @@ impl Merge {
             (LEDGER.to_owned(), ledger::text(&records)),
         ];
         outputs.extend(tables::ALL.iter().flat_map(|table| table.files(&records, &heading)));
-        let is_new = !self.out.exists();
-        fs::create_dir_all(&self.out).map_err(|source| BenchError::Write { path: self.out.clone(), source })?;
+        let new = traces::make(&self.out)?;
         let written = self.write(&ledgers, outputs);
-        if written.is_err() && is_new {
-            // A folder that nothing was written into does not stay behind; one with files cannot be removed so.
-            let _ = fs::remove_dir(&self.out);
+        if written.is_err() {
+            traces::remove_empty(&new);
         }
         written?;
         let shards = if folders.len() == 1 { "1 shard" } else { &format!("{} shards", folders.len()) };

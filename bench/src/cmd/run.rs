@@ -11,7 +11,7 @@ use situ_tasks::Registry;
 use crate::archive::Archive;
 use crate::cmd::library::{Carrier, Library};
 use crate::cmd::terminal::{self, Signs, say};
-use crate::cmd::traces::{Traces, remove_empty};
+use crate::cmd::traces::{self, Traces};
 use crate::digest;
 use crate::error::BenchError;
 use crate::files;
@@ -153,12 +153,10 @@ impl Run {
     pub(super) fn publish(&self, protocol: &Protocol, publications: &[&Publication]) -> Result<Published, BenchError> {
         let folder = self.out.clone().unwrap_or_else(|| Path::new("runs").join(&protocol.name));
         let folder = self.shard.map_or(Ok(folder.clone()), |shard| shard.folder(&folder))?;
-        let new = folder.ancestors().take_while(|path| !path.as_os_str().is_empty() && !path.exists());
-        let new: Vec<PathBuf> = new.map(Path::to_owned).collect();
-        fs::create_dir_all(&folder).map_err(|source| BenchError::Write { path: folder.clone(), source })?;
+        let new = traces::make(&folder)?;
         let published = self.publish_into(&folder, protocol, publications, &new);
         if published.is_err() {
-            remove_empty(&new);
+            traces::remove_empty(&new);
         }
         published
     }

@@ -1,7 +1,9 @@
 //! What a run leaves behind of which nothing came: no trace of it stays.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+use crate::error::BenchError;
 
 /// What a run leaves behind of which nothing came.
 #[derive(Clone)]
@@ -30,6 +32,17 @@ impl Traces {
         let _ = fs::remove_file(&self.lock);
         remove_empty(&self.folders);
     }
+}
+
+/// Makes a folder; returns what of it was not there before, the innermost first.
+///
+/// # Errors
+/// [`BenchError::Write`].
+pub(super) fn make(folder: &Path) -> Result<Vec<PathBuf>, BenchError> {
+    let new = folder.ancestors().take_while(|path| !path.as_os_str().is_empty() && !path.exists());
+    let new = new.map(Path::to_owned).collect();
+    fs::create_dir_all(folder).map_err(|source| BenchError::Write { path: folder.to_owned(), source })?;
+    Ok(new)
 }
 
 /// A folder that nothing was written into does not stay behind; one with files cannot be removed so.

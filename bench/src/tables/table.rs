@@ -3,10 +3,11 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
+use situ_tasks::name::one_line;
+
 use super::column::{Cell, Columns, Head, Shape};
 use super::heading::Heading;
 use crate::ledger::Canonical;
-use crate::one_line::one_line;
 use crate::stats;
 
 /// Tables under one name: one Markdown file for all, and one CSV file for each.

@@ -12,8 +12,16 @@
 mod checks;
 mod mutations;
 
+use std::path::Path;
+
 use proptest::prelude::*;
 use proptest::test_runner::{TestCaseResult, TestRunner};
+
+use situ_bench::demonstration_file::DemonstrationFile;
+use situ_bench::ledger;
+use situ_bench::protocol::Protocol;
+use situ_tasks::Task;
+use situ_teachers::Profile;
 
 use crate::soak;
 use mutations::Mutation;
@@ -90,6 +98,54 @@ fn ledgers() {
     let lines: Vec<&str> = LEDGER.split_inclusive('\n').step_by(LINES_APART).collect();
     let few: Vec<String> = lines.chunks(3).map(|lines| lines.concat()).collect();
     survives(checks::ledger, &few.iter().map(String::as_str).collect::<Vec<_>>(), CASES);
+}
+
+/// What fuzzers and mutations have found, each with what is said of it now.
+#[test]
+fn what_was_found_stays_mended() {
+    let long = "n".repeat(20_000);
+    let refusal = |error: &dyn std::error::Error| error.to_string();
+    let path = Path::new("file");
+    let task = |from: &str, to: &str| refusal(&Task::parse(&TASKS[1].replacen(from, to, 1), path).unwrap_err());
+    let protocol =
+        |text: &str, from: &str, to: &str| refusal(&Protocol::parse(&text.replacen(from, to, 1), path).unwrap_err());
+    let demonstration = |from: &str, to: &str| {
+        let text = DEMONSTRATIONS[0].replacen(from, to, 1);
+        refusal(&DemonstrationFile::parse(text, path).unwrap_err())
+    };
+    let ledger = |from: &str, to: &str| {
+        let line = LEDGER.split_inclusive('\n').next().unwrap().replacen(from, to, 1);
+        refusal(&ledger::contents(path, line.as_bytes()).unwrap_err())
+    };
+    let teacher = |text: &str| refusal(&Profile::parse(text, path).unwrap_err());
+    let cost = PROTOCOLS[1];
+    let said = [
+        // A message repeated escape sequences and line feeds of the file, and names of any length.
+        (task("analysis =", "\"\\u001b[31m\" ="), "unknown field `\\u{1b}[31m`"),
+        (task("name = \"pour\"", &format!("name = \"{long}\"")), "n… expected a name of"),
+        (protocol(PROTOCOLS[0], "# ", "#\0 "), "`#\\u{0} "),
+        (demonstration("\"hold\"", "\"\\u001b\""), "unknown field `\\u{1b}`"),
+        // Escapes are longer than what they stand for.
+        (demonstration("\"hold\"", &format!("\"{}\"", "\u{7f} ".repeat(600))), "\\u{7f} \\u{7f}"),
+        (ledger("\"task\":", &format!("\"{long}\":")), "unknown field `nn"),
+        (teacher("[[profile]]\n\"a\\nb\" = 1\n"), "unknown field `a\\nb`"),
+        // The place of a mistake was cut out of the text with its byte-order mark, in the middle of it.
+        (teacher("\u{feff}y are 1.9\n"), "expected"),
+        // An object out of the workshop was refused without file and line.
+        (task("x = [-0.16, -0.16]", "x = [9.0, 9.0]"), "object `mat`: its pose"),
+        // Each number was within its bounds, and the plan of them all was beyond every memory.
+        (protocol(cost, "seeds = 3\n\n[[cost]]", "seeds = 100000\ncorrections = 9\n\n[[cost]]"), "of at most 1000000"),
+        (protocol(PROTOCOLS[2], "seeds = ", "seeds = 99999 #"), "tasks × teachers × methods × seeds of at most"),
+        // A name with a line feed stood in DOT and in the report.
+        (demonstration("\"cup\"", "\"c\\nup\""), "no control character"),
+        (ledger("\"task\":\"", "\"task\":\"\\n"), "a control character"),
+        // Sums of such numbers overflowed.
+        (ledger("\"budget\":", "\"budget\":1e300,\"x\":"), "expected at most 1e12"),
+    ];
+    for (message, expected) in said {
+        assert!(message.starts_with("file:") && message.contains(expected), "{expected}: {message}");
+        assert!(message.len() < 3000 && !message.chars().any(char::is_control), "{message:?}");
+    }
 }
 
 /// Bytes of no format, and the marks of all of them in any order.
