@@ -127,9 +127,8 @@ impl<'a, L: Learner> Update<'a, L> {
     /// # Errors
     /// Where the learner refuses.
     pub(crate) fn local_reconnect(&mut self, clusters: &Clusters) -> Result<Renamed, SituError> {
-        let subtract = self.decisions.subtract_own_positives;
-        let Self { model, learner, counters, .. } = self;
-        let renamed = Renamed(model.local_reconnect(learner, &clusters.groups, subtract, counters)?);
+        let Self { model, learner, decisions, counters, .. } = self;
+        let renamed = Renamed(model.local_reconnect(learner, &clusters.groups, decisions, counters)?);
         self.last = renamed.place(self.last);
         self.interrupted = self.interrupted.map(|id| renamed.node(id));
         self.prevented = self.prevented.map(|id| renamed.node(id));

@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::TaskModel;
 use super::node::Way;
+use super::ways::bound;
+use crate::decisions::Decisions;
 use crate::error::SituError;
 use crate::place::{NodeId, Place, Samples, SegmentId};
 use crate::primitive::Learner;
@@ -12,7 +14,8 @@ use crate::trace::Counters;
 
 impl<L: Learner> TaskModel<L> {
     /// Local-Reconnect (A2.3): replaces each group of nodes by one node, retrained on the group's data and connected
-    /// by the traversal histories of that data. Returns the new id of each node that is gone (decision D9).
+    /// by the traversal histories of that data. Of their ways a merged node keeps no more than a node may have (decision
+    /// D20). Returns the new id of each node that is gone (decision D9).
     ///
     /// # Errors
     /// Where the learner refuses, or a node is not in the model.
@@ -20,7 +23,7 @@ impl<L: Learner> TaskModel<L> {
         &mut self,
         learner: &L,
         groups: &[Vec<NodeId>],
-        subtract: bool,
+        decisions: &Decisions,
         counters: &mut Counters,
     ) -> Result<BTreeMap<NodeId, NodeId>, SituError> {
         let mut renamed = BTreeMap::new();
@@ -33,10 +36,11 @@ impl<L: Learner> TaskModel<L> {
                 samples.positives.extend(&node.samples.positives);
                 samples.negatives.extend(&node.samples.negatives);
             }
-            if subtract {
+            if decisions.subtract_own_positives {
                 samples.negatives = samples.negatives.difference(&samples.positives).copied().collect();
             }
-            let ways = self.merged_ways(learner, group, counters)?;
+            let mut ways = self.merged_ways(learner, group, counters)?;
+            bound(&mut ways, decisions.ways.most());
             let classifier = self.fit_samples(learner, &samples, counters)?;
             counters.nodes_touched += group.len() as u64 + 1;
             for id in group {

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::TaskModel;
-use super::node::{Node, Way};
+use super::node::Way;
 use crate::demonstration::Kind;
 use crate::error::SituError;
 use crate::place::{NodeId, SampleId, SegmentId};
@@ -53,7 +53,7 @@ impl<L: Learner> TaskModel<L> {
         let node = self.node_mut(id)?;
         node.segments.insert(segment);
         node.ways.push(way);
-        bound(node, most);
+        bound(&mut node.ways, most);
         self.distances.forget(id);
         Ok(())
     }
@@ -103,12 +103,12 @@ impl<L: Learner> TaskModel<L> {
     }
 }
 
-/// Takes ways of a node away until it has no more than `most`, which is 1 at least: the oldest that a correction added,
-/// and where there is none but the newest, the oldest.
-fn bound<L: Learner>(node: &mut Node<L>, most: usize) {
-    while node.ways.len() > most.max(1) {
-        let older = node.ways.len() - 1;
-        let goes = (0..older).find(|way| node.ways[*way].is_corrective).unwrap_or(0);
-        node.ways.remove(goes);
+/// Takes ways of one node, the oldest first, away until there are no more than `most`, which is 1 at least: the oldest
+/// that a correction added, and where there is none but the newest, the oldest.
+pub(super) fn bound<P>(ways: &mut Vec<Way<P>>, most: usize) {
+    while ways.len() > most.max(1) {
+        let older = ways.len() - 1;
+        let goes = (0..older).find(|way| ways[*way].is_corrective).unwrap_or(0);
+        ways.remove(goes);
     }
 }

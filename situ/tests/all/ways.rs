@@ -200,6 +200,31 @@ fn d20_in_its_own_world_the_older_way_runs() {
     assert_eq!(wanted(&alone, 1), BTreeSet::from([start(2, 0)]));
 }
 
+/// Two nodes of one skill, each with a way that a correction added. Merged they would have three.
+#[test]
+fn d20_a_merged_node_has_no_more_ways_than_any_other() {
+    let model = taught(&[(&[A, B], Some(3.0)), (&[A, (1, 0.5, 1.1)], Some(3.0))], 0.05);
+    let apart = Decisions { ways: Ways::Keep(2), merge_redundant: false, ..MENDED };
+    let correct = |model: &TaskModel<Toy>, learner: &Toy, failed: SegmentId, x: f64| {
+        let before = Before::interrupted(&[(node(model, failed), 1.0)]);
+        given(&(model, learner), Some(id(0, 0)), &before, &[(1, x, 40.0 + x)], None, apart).0
+    };
+    let one = correct(&model.0, &model.1, id(0, 1), 10.0);
+    let both = correct(&one, &model.1, id(1, 1), 20.0);
+    assert_eq!([id(0, 1), id(1, 1)].map(|segment| ways(&both, segment)), [[0.0, 10.0], [0.5, 20.0]]);
+    let merging = Decisions { merge_redundant: true, ..apart };
+    let instance = [(1, 0.2, 1.0)];
+    let third = |most| {
+        let decisions = Decisions { ways: Ways::Keep(most), ..merging };
+        corrected(&(both.clone(), model.1.clone()), Some(id(0, 0)), &instance, None, decisions)
+    };
+    let (after, steps) = third(3);
+    assert_eq!(steps[0].merged.iter().map(|(group, _)| group.len()).collect::<Vec<_>>(), [2]);
+    assert_eq!(ways(&after, id(0, 1))[1..], [10.0, 20.0]);
+    assert_eq!(ways(&third(2).0, id(0, 1))[1..], [20.0], "the oldest goes that a correction added");
+    assert_eq!(ways(&third(1).0, id(0, 1)).len(), 1);
+}
+
 /// D is new; in a state in which B began, the first in order wins, and that is B.
 #[test]
 fn d22_where_something_was_shown_it_is_chosen() {
