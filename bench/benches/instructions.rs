@@ -106,7 +106,7 @@ fn update_of(edit: Edit) -> Update {
     let made = subject.measure("instructions", "nodes", edit, 0).expect("the correction is learned").edit_made;
     assert_eq!(made, edit, "the edit that was planted is made");
     let planted = subject.automaton().plant(edit, SEED).expect("there is room for a correction");
-    let last = planted.last(&subject.learned().graph()).expect("the first original visits every node");
+    let last = planted.last(&subject.learned().graph().unwrap()).expect("the first original visits every node");
     Update { learned: subject.learned().boxed(), last, planted }
 }
 

@@ -75,7 +75,7 @@ fn update_time(criterion: &mut Criterion) {
                 let teach = || method.teach(automaton.schema(), automaton.originals(), SEED).expect("it is learned");
                 let learned = teach();
                 if contender.has_the_nodes {
-                    assert!(automaton.is_recovered(&learned.graph()), "{} at {series} {size}", contender.name);
+                    assert!(automaton.is_recovered(&learned.graph().unwrap()), "{} at {series} {size}", contender.name);
                 }
                 for &edit in edits {
                     let mut group = criterion.benchmark_group(format!("{series}/{edit}"));
@@ -107,7 +107,7 @@ fn correct(
 ) {
     let Contender { name, has_the_nodes, .. } = contender;
     let planted = automaton.plant(edit, SEED).expect("there is room for a correction");
-    let before = learned.graph();
+    let before = learned.graph().unwrap();
     let last = planted.last(&before).expect("the model holds the first original");
     let correct = |mut learned: Box<dyn Learned>| {
         let trace = learned.correct(Correction::after(last, &planted.demonstration));
@@ -115,7 +115,7 @@ fn correct(
     };
     let (corrected, trace) = correct(learned.boxed());
     let trace = trace.expect("the correction is learned");
-    let after = corrected.graph();
+    let after = corrected.graph().unwrap();
     let made = difference(&before, &after).edit();
     let demonstration = automaton.parameters().originals as u32;
     assert!(after.holders().contains_key(&SegmentId { demonstration, index: 0 }), "{name}: the correction is held");

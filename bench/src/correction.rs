@@ -93,8 +93,11 @@ impl<'a> Robot<'a> {
     }
 
     /// How far its structure is the one that the teacher meant.
-    pub fn structure(&self) -> Option<Structure> {
-        self.lesson.score(&self.model.graph())
+    ///
+    /// # Errors
+    /// Those of the model.
+    pub fn structure(&self) -> Result<Option<Structure>, BenchError> {
+        Ok(self.lesson.score(&self.model.graph()?))
     }
 
     /// Folds a correction in; returns its record. Skills that the teacher named are no longer among those that the
@@ -107,11 +110,11 @@ impl<'a> Robot<'a> {
     ) -> Result<CorrectionRecord, BenchError> {
         let shows_change = shows_change(setting, &shown.demonstration);
         let Shown { failure: Failure { trigger, stop, .. }, demonstration, effort } = shown;
-        let before = self.model.graph();
+        let before = self.model.graph()?;
         let correction = Correction { oracle: Some(&*oracle), ..stop.correction(&demonstration) };
         let (trace, update_seconds) = cost::timed(|| self.model.correct(correction));
         let trace = trace?;
-        let after = self.model.graph();
+        let after = self.model.graph()?;
         let lengths = after.lengths.last().map_or(&[][..], Vec::as_slice);
         let retrieved = retrieved(self.lesson.skills(&before), &trace, &demonstration, lengths);
         for name in demonstration.keyframes().iter().filter_map(|keyframe| keyframe.narration.as_ref()) {
@@ -186,7 +189,7 @@ impl<'a> Conditions<'a> {
     ) -> Result<(), BenchError> {
         let Some(archive) = self.archive else { return Ok(()) };
         let Shown { failure, demonstration, .. } = shown;
-        let stop = StopPoint::of(&robot.model.graph(), &failure.stop);
+        let stop = StopPoint::of(&robot.model.graph()?, &failure.stop);
         let before = robot.lesson.before(demonstration.name(), stop)?;
         let path = format!("{}/{}-correction-{round}", self.folder(setting), robot.folder);
         archive.write(&path, demonstration, self.schema, &before)

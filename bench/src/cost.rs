@@ -51,7 +51,7 @@ pub fn corrected(learned: &mut dyn Learned, correction: Correction<'_>) -> Resul
 
 /// The subject of measured updates: a synthetic automaton, and the task model that a method learned of it.
 pub struct Subject {
-    method: &'static str,
+    method: String,
     automaton: Automaton,
     learned: Box<dyn Learned>,
 }
@@ -64,13 +64,13 @@ impl Subject {
     pub fn teach(method: &dyn Method, parameters: Parameters) -> Result<Self, BenchError> {
         let automaton = Automaton::new(parameters)?;
         let learned = method.teach(automaton.schema(), automaton.originals(), parameters.seed)?;
-        if !automaton.is_recovered(&learned.graph()) {
+        if !automaton.is_recovered(&learned.graph()?) {
             let Parameters { nodes, seed, .. } = parameters;
             let problem =
                 format!("the originals of the automaton of {nodes} nodes, seed {seed}, did not teach that automaton");
             return Err(BenchError::Argument(problem));
         }
-        Ok(Self { method: method.name(), automaton, learned })
+        Ok(Self { method: method.name().to_owned(), automaton, learned })
     }
 
     /// The automaton.
@@ -92,7 +92,7 @@ impl Subject {
         let Parameters { nodes, originals, seed, .. } = *self.automaton.parameters();
         let place = if correction == 0 { seed } else { stream(seed, &format!("correction {correction}")) };
         let planted = self.automaton.plant(edit, place)?;
-        let before = self.learned.graph();
+        let before = self.learned.graph()?;
         let last = planted.last(&before);
         let last =
             last.ok_or_else(|| BenchError::Argument(format!("`{}` holds no segment of an original", self.method)))?;
@@ -103,7 +103,7 @@ impl Subject {
         Ok(CostRecord {
             protocol: protocol.to_owned(),
             series: series.to_owned(),
-            method: self.method.to_owned(),
+            method: self.method.clone(),
             nodes: count(nodes),
             originals: count(originals),
             edit,
@@ -112,7 +112,7 @@ impl Subject {
             applicable: trace.steps.iter().map(|step| count(step.applicable.len())).collect(),
             model_size: trace.steps.iter().map(|step| count(step.model_size)).collect(),
             counters: trace.counters,
-            edit_made: difference(&before, &learned.graph()).edit(),
+            edit_made: difference(&before, &learned.graph()?).edit(),
             update_seconds,
         })
     }

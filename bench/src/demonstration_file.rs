@@ -133,13 +133,14 @@ pub struct DemonstrationFile {
 }
 
 /// A mistake: its key, what is wrong, and what was expected.
-type Mistake = (String, String);
+pub(crate) type Mistake = (String, String);
 
 fn mistake(key: impl Into<String>, problem: impl Into<String>) -> Mistake {
     (key.into(), problem.into())
 }
 
-fn pose(pose: &FilePose, key: &str) -> Result<Pose, Mistake> {
+/// A pose whose quaternion has the length 1.
+pub(crate) fn pose(pose: &FilePose, key: &str) -> Result<Pose, Mistake> {
     let [w, x, y, z] = pose.quaternion;
     let quaternion = Quaternion::new(w, x, y, z);
     let length = libm::sqrt(quaternion.coords.dot(&quaternion.coords));
@@ -187,19 +188,25 @@ fn schema(features: &[Feature]) -> Result<Schema, Mistake> {
     Schema::new(features.to_vec()).map_err(|error| mistake("schema", error.to_string()))
 }
 
-fn keyframe(keyframe: &FileKeyframe, schema: &Schema, key: &str) -> Result<Keyframe, Mistake> {
-    let (gripper, rule) = match keyframe.gripper.0 {
+/// Refuses a command that no gripper has, and a rest that has no end.
+pub(crate) fn check_gripper(gripper: Gripper, hold: f64) -> Result<(), Mistake> {
+    let (is_fine, rule) = match gripper {
         Gripper::Opening(share) => ((0.0..=1.0).contains(&share), "an opening from 0 (closed) to 1 (open)"),
         Gripper::Open(metres) => ((0.0..=FARTHEST).contains(&metres), "a width of 0 to 1000000 metres"),
         Gripper::Close(newtons) => ((0.0..=FARTHEST).contains(&newtons), "a force of 0 to 1000000 newtons"),
     };
-    if !gripper {
-        let problem = format!("{}, expected {rule}", keyframe.gripper.0.value());
-        return Err(mistake(format!("{key}.gripper"), problem));
+    if !is_fine {
+        return Err(mistake("gripper", format!("{}, expected {rule}", gripper.value())));
     }
-    if !(0.0..=FARTHEST).contains(&keyframe.hold) {
-        return Err(mistake(format!("{key}.hold"), format!("{}, expected 0 to {FARTHEST} seconds", keyframe.hold)));
+    if !(0.0..=FARTHEST).contains(&hold) {
+        return Err(mistake("hold", format!("{hold}, expected 0 to {FARTHEST} seconds")));
     }
+    Ok(())
+}
+
+fn keyframe(keyframe: &FileKeyframe, schema: &Schema, key: &str) -> Result<Keyframe, Mistake> {
+    check_gripper(keyframe.gripper.0, keyframe.hold)
+        .map_err(|(own, problem)| mistake(format!("{key}.{own}"), problem))?;
     word(&keyframe.reference, format!("{key}.reference"), "that of an object")?;
     if let Some(narration) = &keyframe.narration {
         word(narration, format!("{key}.narration"), "that of a skill")?;
@@ -397,6 +404,21 @@ pub fn check_together(files: &[DemonstrationFile]) -> Result<Vec<StopPoint>, Ben
 
 /// The text of a demonstration file.
 pub fn render(demonstration: &Demonstration, schema: &Schema, before: &Before) -> String {
+    serde_json::to_string_pretty(&content(demonstration, schema, before)).expect("finite numbers and string keys")
+        + "\n"
+}
+
+/// The keys of a demonstration file that say what was shown: all but those of its schema and of what ran before.
+pub(crate) fn shown_keys(demonstration: &Demonstration, schema: &Schema) -> serde_json::Value {
+    let content = content(demonstration, schema, &Before::default());
+    let mut value = serde_json::to_value(content).expect("finite numbers and string keys");
+    if let Some(keys) = value.as_object_mut() {
+        ["schema", "half_turn", "after"].into_iter().for_each(|key| drop(keys.remove(key)));
+    }
+    value
+}
+
+fn content(demonstration: &Demonstration, schema: &Schema, before: &Before) -> FileContent {
     let pose = |pose: &Pose| FilePose {
         position: pose.translation.vector.into(),
         quaternion: [pose.rotation.w, pose.rotation.i, pose.rotation.j, pose.rotation.k],
@@ -416,7 +438,7 @@ pub fn render(demonstration: &Demonstration, schema: &Schema, before: &Before) -
         primitive: step.primitive.clone(),
         end: step.end,
     };
-    let file = FileContent {
+    FileContent {
         name: demonstration.name().to_string(),
         kind: demonstration.kind(),
         schema: schema.features().to_vec(),
@@ -427,6 +449,5 @@ pub fn render(demonstration: &Demonstration, schema: &Schema, before: &Before) -
         carried_to_end: demonstration.carried_to_end(),
         keyframes: demonstration.keyframes().iter().map(keyframe).collect(),
         final_state: demonstration.final_state().values().to_vec(),
-    };
-    serde_json::to_string_pretty(&file).expect("finite numbers and string keys") + "\n"
+    }
 }

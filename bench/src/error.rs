@@ -124,7 +124,7 @@ pub enum BenchError {
         /// The corrective demonstration's name.
         correction: String,
         /// The method whose model it is.
-        method: &'static str,
+        method: String,
         /// `after` or `interrupted`: which primitive of the stop the segment names.
         key: String,
         /// The segment.
@@ -217,8 +217,8 @@ impl BenchError {
     }
 
     /// A correction's stop that a method's model does not hold.
-    pub fn unheld(correction: &str, method: &'static str, Unheld { key, segment }: Unheld) -> Self {
-        Self::Unheld { correction: correction.to_owned(), method, key, segment }
+    pub fn unheld(correction: &str, method: &str, Unheld { key, segment }: Unheld) -> Self {
+        Self::Unheld { correction: correction.to_owned(), method: method.to_owned(), key, segment }
     }
 
     /// The program's exit status: 1 where the machine failed, 2 where the input was bad.

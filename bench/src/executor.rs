@@ -1,6 +1,7 @@
 //! What an executor does next: the paper's choice of the most probable child, or the next one where that failed.
 
 use serde::Deserialize;
+use situ::error::SituError;
 use situ::method::Learned;
 use situ::place::{NodeId, Place};
 use situ::state::State;
@@ -42,6 +43,20 @@ struct Step {
     tried: Vec<(NodeId, usize)>,
 }
 
+impl Step {
+    /// The most probable of what was not tried yet; `None` where all was.
+    fn untried(&self, model: &dyn Learned, state: &State) -> Result<Option<Follows>, SituError> {
+        for (place, probability) in model.ranked(self.place, state)? {
+            let Place::Node(node) = place else { return Ok(Some(Follows { place, probability, way: 0 })) };
+            let left = model.ways(node, state)?.into_iter().find(|way| !self.tried.contains(&(node, *way)));
+            if let Some(way) = left {
+                return Ok(Some(Follows { place, probability, way }));
+            }
+        }
+        Ok(None)
+    }
+}
+
 /// Where an execution stands in the automaton.
 pub struct Pursuit {
     executor: Executor,
@@ -62,28 +77,22 @@ impl Pursuit {
 
     /// What is to follow. Where nothing is confident, the most probable is given all the same; `None` where nothing is
     /// left at all. An executor that tries the next one goes back first, as far as it must.
-    pub fn next(&mut self, model: &dyn Learned, state: &State) -> Option<Follows> {
+    ///
+    /// # Errors
+    /// Those of the model.
+    pub fn next(&mut self, model: &dyn Learned, state: &State) -> Result<Option<Follows>, SituError> {
         if self.executor.is_argmax() {
-            let (place, probability) = model.next(self.last(), state)?;
-            return Some(self.follows(place, probability, model, state));
+            let Some((place, probability)) = model.next(self.last(), state)? else { return Ok(None) };
+            let way = if let Place::Node(node) = place { model.ways(node, state)?.first().copied() } else { None };
+            return Ok(Some(Follows { place, probability, way: way.unwrap_or_default() }));
         }
         loop {
-            let step = self.steps.last()?;
-            let found = model.ranked(step.place, state).into_iter().find_map(|(place, probability)| {
-                let Place::Node(node) = place else { return Some(Follows { place, probability, way: 0 }) };
-                let way = model.ways(node, state).into_iter().find(|way| !step.tried.contains(&(node, *way)))?;
-                Some(Follows { place, probability, way })
-            });
-            match found {
-                Some(found) if found.probability >= self.confidence || self.steps.len() == 1 => return Some(found),
+            let Some(step) = self.steps.last() else { return Ok(None) };
+            match step.untried(model, state)? {
+                Some(found) if found.probability >= self.confidence || self.steps.len() == 1 => return Ok(Some(found)),
                 _ => drop(self.steps.pop()),
             }
         }
-    }
-
-    fn follows(&self, place: Place, probability: f64, model: &dyn Learned, state: &State) -> Follows {
-        let way = if let Place::Node(node) = place { model.ways(node, state).first().copied() } else { None };
-        Follows { place, probability, way: way.unwrap_or_default() }
     }
 
     /// A primitive is begun.
@@ -110,7 +119,6 @@ mod tests {
 
     use rand_chacha::ChaCha8Rng;
     use situ::correction::Correction;
-    use situ::error::SituError;
     use situ::graph::Graph;
     use situ::keyframe::policy::Execution;
     use situ::segment::RelativeKeyframe;
@@ -127,34 +135,31 @@ mod tests {
             Ok(Trace::default())
         }
 
-        fn next(&self, last: Place, state: &State) -> Option<(Place, f64)> {
-            self.ranked(last, state).first().copied()
-        }
-
-        fn ranked(&self, last: Place, state: &State) -> Vec<(Place, f64)> {
-            match last {
+        fn ranked(&self, last: Place, state: &State) -> Result<Vec<(Place, f64)>, SituError> {
+            Ok(match last {
                 Place::Start => vec![(Place::Node(NodeId(0)), 0.9), (Place::Node(NodeId(1)), 0.5)],
                 Place::Node(NodeId(0)) => vec![(Place::End, if state.values()[0] > 0.0 { 0.9 } else { 0.1 })],
                 _ => vec![(Place::End, 0.8)],
-            }
+            })
         }
 
-        fn ways(&self, node: NodeId, _: &State) -> Vec<usize> {
-            if node == NodeId(0) { vec![1, 0] } else { vec![0] }
+        fn ways(&self, node: NodeId, _: &State) -> Result<Vec<usize>, SituError> {
+            Ok(if node == NodeId(0) { vec![1, 0] } else { vec![0] })
         }
 
         fn keyframes(
             &self,
             _: NodeId,
             _: usize,
+            _: &State,
             _: Execution,
             _: &mut ChaCha8Rng,
         ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError> {
             Ok(("cup".into(), Vec::new()))
         }
 
-        fn graph(&self) -> Graph {
-            Graph::default()
+        fn graph(&self) -> Result<Graph, SituError> {
+            Ok(Graph::default())
         }
 
         fn boxed(&self) -> Box<dyn Learned> {
@@ -172,7 +177,8 @@ mod tests {
         let mut pursuit = Pursuit::new(executor, 0.3);
         let mut begun = Vec::new();
         let mut ends = ends.iter();
-        while let Some(follows) = pursuit.next(&Known, &state).filter(|follows| follows.probability >= 0.3) {
+        let confident = |follows: &Follows| follows.probability >= 0.3;
+        while let Some(follows) = pursuit.next(&Known, &state).unwrap().filter(confident) {
             begun.push((follows.place, follows.way));
             let Place::Node(node) = follows.place else { break };
             pursuit.begins(node, follows.way);

@@ -67,15 +67,11 @@ impl Lesson {
     /// # Errors
     /// Where that method refuses a correction; [`BenchError::Nameless`], [`BenchError::Unheld`] where a correction's
     /// stop is no place of its model.
-    pub fn taught_to(
-        &self,
-        method: &'static str,
-        mut learned: Box<dyn Learned>,
-    ) -> Result<Box<dyn Learned>, BenchError> {
+    pub fn taught_to(&self, method: &str, mut learned: Box<dyn Learned>) -> Result<Box<dyn Learned>, BenchError> {
         for Given { demonstration, stop } in &self.corrections {
             let name = demonstration.name();
             let stop = stop.as_ref().map_err(|nameless| BenchError::nameless(name, *nameless))?;
-            let place = stop.in_model(&learned.graph());
+            let place = stop.in_model(&learned.graph()?);
             let stop = place.map_err(|unheld| BenchError::unheld(name, method, unheld))?;
             learned.correct(stop.correction(demonstration))?;
         }

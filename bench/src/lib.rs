@@ -30,6 +30,7 @@ pub mod executor;
 #[doc = include_str!("../examples/method.rs")]
 #[doc = "```"]
 pub mod extending {}
+pub mod external;
 pub mod files;
 pub mod gate;
 pub mod held_out;

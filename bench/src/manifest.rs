@@ -53,19 +53,26 @@ pub struct Provenance {
     pub lock: String,
     /// The compiler, in its own words.
     pub toolchain: String,
+    /// A hash of each external method's command and of the files that it names, by the method's name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub methods: BTreeMap<String, String>,
 }
 
 impl Provenance {
     /// Of which nothing is known.
     pub fn unknown() -> Self {
         let [benchmark, revision, sources, lock, toolchain] = [UNKNOWN; 5].map(str::to_owned);
-        Self { benchmark, revision, sources, lock, toolchain }
+        Self { benchmark, revision, sources, lock, toolchain, methods: BTreeMap::new() }
     }
 
-    /// Whether both are of one benchmark version and one program. What is unknown agrees with nothing.
+    /// Whether both are of one benchmark version and one program, and an external method of both is the same. What is
+    /// unknown agrees with nothing.
     pub fn agrees_with(&self, other: &Self) -> bool {
         let same = |one: &str, other: &str| one != UNKNOWN && one == other;
-        same(&self.benchmark, &other.benchmark) && same(&self.sources, &other.sources)
+        let is_other = |(name, hash): (&String, &String)| other.methods.get(name).is_some_and(|other| other != hash);
+        same(&self.benchmark, &other.benchmark)
+            && same(&self.sources, &other.sources)
+            && !self.methods.iter().any(is_other)
     }
 }
 
@@ -152,6 +159,7 @@ impl Manifest {
             sources: program::SOURCES.to_owned(),
             lock: program::LOCK.to_owned(),
             toolchain: program::TOOLCHAIN.to_owned(),
+            methods: BTreeMap::new(),
         };
         Self {
             superseded: None,

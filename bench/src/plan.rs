@@ -6,13 +6,14 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use situ::edit::Edit;
-use situ::method::{self, KEYFRAME_AUTOMATON, Method, Role};
+use situ::method::{KEYFRAME_AUTOMATON, Method, Role};
 use situ::state::Schema;
 use situ_tasks::{NeededEdit, Registry, Setting, Task};
 use situ_teachers::{Roster, Teacher, convert};
 
 use crate::content;
 use crate::error::BenchError;
+use crate::external::Methods;
 use crate::protocol::{CostSeries, Protocol, Variations};
 use crate::record::{Identity, Key};
 use crate::shard::Shard;
@@ -144,8 +145,8 @@ fn seeds(first: u64, count: u64) -> Result<RangeInclusive<u64>, BenchError> {
 }
 
 /// The names of the methods that are so.
-fn methods_that(is_so: impl Fn(&dyn Method) -> bool) -> Vec<String> {
-    method::all().iter().filter(|method| is_so(&***method)).map(|method| method.name().to_owned()).collect()
+fn methods_that(known: &Methods, is_so: impl Fn(&dyn Method) -> bool) -> Vec<String> {
+    known.all().iter().filter(|method| is_so(&***method)).map(|method| method.name().to_owned()).collect()
 }
 
 impl Plan {
@@ -153,14 +154,21 @@ impl Plan {
     ///
     /// # Errors
     /// A name that nothing has, with the known ones.
-    pub fn new(protocol: Protocol, filter: &Filter, registry: &Registry, roster: &Roster) -> Result<Self, BenchError> {
+    pub fn new(
+        protocol: Protocol,
+        filter: &Filter,
+        registry: &Registry,
+        roster: &Roster,
+        known: &Methods,
+    ) -> Result<Self, BenchError> {
         let all_seeds = seeds(protocol.first_seed, protocol.seeds)?;
-        let known: Vec<String> = registry.names().map(str::to_owned).collect();
-        let tasks = chosen("task", &filter.tasks, &protocol.tasks, &known)?;
-        let methods = chosen("method", &filter.methods, &protocol.methods, &methods_that(|_| true))?;
-        let methods: Vec<Box<dyn Method>> = methods.iter().filter_map(|name| method::named(name)).collect();
-        let comparable =
-            methods_that(|method| method.role() == Role::Correct && method.original() == KEYFRAME_AUTOMATON);
+        let names: Vec<String> = registry.names().map(str::to_owned).collect();
+        let tasks = chosen("task", &filter.tasks, &protocol.tasks, &names)?;
+        let methods = chosen("method", &filter.methods, &protocol.methods, &methods_that(known, |_| true))?;
+        let methods = methods.iter().map(|name| known.named(name)).collect::<Result<Vec<_>, _>>()?;
+        let is_comparable =
+            |method: &dyn Method| method.role() == Role::Correct && method.original() == KEYFRAME_AUTOMATON;
+        let comparable = methods_that(known, is_comparable);
         chosen("method of keyframe automata", &protocol.pooled, &[], &comparable)?;
         let tasks = tasks.iter().map(|task| registry.get(task)).collect::<Result<Vec<_>, _>>()?;
         let teachers = if filter.teachers.is_empty() { &protocol.teachers } else { &filter.teachers };
@@ -177,14 +185,14 @@ impl Plan {
                 }
             }
         }
-        let known: Vec<String> = tasks.iter().flat_map(|task| task.variations()).map(str::to_owned).collect();
-        chosen("variation", &filter.variations, &[], &known)?;
+        let names: Vec<String> = tasks.iter().flat_map(|task| task.variations()).map(str::to_owned).collect();
+        chosen("variation", &filter.variations, &[], &names)?;
         let sequences = tasks.iter().flat_map(|task| task.sequences());
-        let known: Vec<String> = sequences.map(|sequence| sequence.name.clone()).collect();
-        chosen("sequence", &filter.sequences, &[], &known)?;
+        let names: Vec<String> = sequences.map(|sequence| sequence.name.clone()).collect();
+        chosen("sequence", &filter.sequences, &[], &names)?;
         let mut costs = Vec::new();
         for series in protocol.cost.iter().filter(|_| filter.names_no_run()) {
-            costs.extend(cost_groups(series, filter, protocol.first_seed)?);
+            costs.extend(cost_groups(series, filter, protocol.first_seed, known)?);
         }
         Ok(Self { protocol, groups, methods, costs })
     }
@@ -194,6 +202,11 @@ impl Plan {
     pub fn with_method(mut self, method: Box<dyn Method>) -> Self {
         self.methods.push(method);
         self
+    }
+
+    /// Whether this method is one of the plan's.
+    pub fn has_method(&self, name: &str) -> bool {
+        self.methods.iter().chain(self.costs.iter().map(|group| &group.method)).any(|method| method.name() == name)
     }
 
     /// The number of records that the plan makes.
@@ -314,16 +327,21 @@ impl Filter {
 }
 
 /// The automata of a series, and the methods that are measured on them.
-fn cost_groups(series: &CostSeries, filter: &Filter, first_seed: u64) -> Result<Vec<CostGroup>, BenchError> {
+fn cost_groups(
+    series: &CostSeries,
+    filter: &Filter,
+    first_seed: u64,
+    known: &Methods,
+) -> Result<Vec<CostGroup>, BenchError> {
     let mut groups = Vec::new();
-    for name in chosen("method", &[], &series.methods, &methods_that(|_| true))? {
+    for name in chosen("method", &[], &series.methods, &methods_that(known, |_| true))? {
         if !filter.methods.is_empty() && !filter.methods.contains(name) {
             continue;
         }
         for &nodes in &series.nodes {
             for &originals in &series.originals {
                 for seed in seeds(first_seed, series.seeds)? {
-                    let Some(method) = method::named(name) else { continue };
+                    let method = known.named(name)?;
                     let parameters = series.parameters(nodes, originals, seed);
                     let (series, corrections) = (series.series.clone(), series.corrections);
                     groups.push(CostGroup { series, method, parameters, corrections });

@@ -8,6 +8,7 @@ use situ::keyframe::policy::Execution;
 use situ::method::Learned;
 use situ::place::{NodeId, Place};
 use situ::segment::RelativeKeyframe;
+use situ::state::State;
 use situ::trail::{StepEnd, TrailStep};
 use situ_sim::{GripperCommand, MAX_OPENING, MotionEnd};
 use situ_tasks::{Episode, Moment};
@@ -115,7 +116,7 @@ pub fn rollout(
     let mut once = false;
     let ended = loop {
         let state = observe(cursor.episode());
-        let Some(Follows { place, probability, way }) = pursuit.next(model, &state) else {
+        let Some(Follows { place, probability, way }) = pursuit.next(model, &state)? else {
             break Ended::NoConfidentChild;
         };
         check_probability(pursuit.last(), probability)?;
@@ -127,7 +128,7 @@ pub fn rollout(
         if primitives == MOST_PRIMITIVES {
             break Ended::TimeOut;
         }
-        let (reference, keyframes) = keyframes_of(model, (node, way), execute.execution, rng)?;
+        let (reference, keyframes) = keyframes_of(model, (node, way), &state, execute.execution, rng)?;
         trail.push(TrailStep { state, node, end: StepEnd::Prevented });
         let Some(frame) = cursor.episode().reference_pose(&reference) else { break Ended::ReferenceAbsent };
         if let Some(reason) = watch.stops(cursor.episode(), Moment::Before, &reference) {
@@ -174,10 +175,11 @@ fn check_probability(last: Place, probability: f64) -> Result<(), BenchError> {
 fn keyframes_of(
     model: &dyn Learned,
     (node, way): (NodeId, usize),
+    state: &State,
     execution: Execution,
     rng: &mut ChaCha8Rng,
 ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), BenchError> {
-    let (reference, keyframes) = model.keyframes(node, way, execution, rng)?;
+    let (reference, keyframes) = model.keyframes(node, way, state, execution, rng)?;
     check_keyframes(&keyframes).map_err(|problem| BenchError::Unusable { node, problem })?;
     Ok((reference, keyframes))
 }

@@ -67,10 +67,10 @@ struct SequenceLeft<'a> {
 
 /// The original task as each model of it was taught, by [`Method::original`], with the first method that has that
 /// model.
-type Originals<'a> = BTreeMap<&'static str, (&'a dyn Method, OriginalTask, Broken)>;
+type Originals<'a> = BTreeMap<&'a str, (&'a dyn Method, OriginalTask, Broken)>;
 
 /// Each original model, and how it does on a changed task before corrections, or how that broke off.
-type Befores<'o> = BTreeMap<&'static str, (&'o OriginalTask, Result<Uncorrected, Outcome>)>;
+type Befores<'o> = BTreeMap<&'o str, (&'o OriginalTask, Result<Uncorrected, Outcome>)>;
 
 /// How a run ended that was not done to its end; `None` where it was.
 type Broken = Option<Outcome>;
@@ -154,7 +154,7 @@ impl<'a> Runner<'a> {
                 let (task, before) = &befores[method.original()];
                 let run = before.as_ref().map_err(Outcome::clone).map(|before| {
                     let conditions = Conditions { steps: &AtomicU64::new(0), ..conditions };
-                    contained(|| conditions.run(setting, *method, task, before))
+                    contained(&conditions, || conditions.run(setting, *method, task, before))
                 });
                 let run = run.unwrap_or_else(|outcome| Ok(Err(outcome)))?;
                 let failed = |outcome| conditions.failed(setting, *method, task, before.as_ref().ok(), outcome);
@@ -182,7 +182,7 @@ impl<'a> Runner<'a> {
             Some(outcome) => Some(outcome.clone()),
             None => {
                 let conditions = Conditions { steps: &AtomicU64::new(0), ..*conditions };
-                contained(|| conditions.run_sequence(name, settings, *method, task, &mut runs))?.err()
+                contained(&conditions, || conditions.run_sequence(name, settings, *method, task, &mut runs))?.err()
             }
         };
         if let Some(outcome) = broken {
@@ -232,9 +232,14 @@ impl<'a> Runner<'a> {
 
 /// Does a part of a run. What the method refuses or makes nonsense of, a run without an end, and a panic, is how this
 /// run ended; what the machine or the user does is an error.
-fn contained<T>(part: impl FnOnce() -> Result<T, BenchError>) -> Result<Result<T, Outcome>, BenchError> {
+fn contained<T>(
+    conditions: &Conditions<'_>,
+    part: impl FnOnce() -> Result<T, BenchError>,
+) -> Result<Result<T, Outcome>, BenchError> {
     match panic::catch_unwind(AssertUnwindSafe(part)) {
         Ok(Ok(done)) => Ok(Ok(done)),
+        // Whoever waited for another program has given up.
+        Ok(Err(_)) if conditions.check_interrupt().is_err() => Err(BenchError::Interrupted),
         Ok(Err(error)) => match error {
             BenchError::Situ(_)
             | BenchError::Nameless { .. }
@@ -260,7 +265,7 @@ fn originals<'a>(
 ) -> Result<Originals<'a>, BenchError> {
     let standard = method::standard();
     // Where the standard model cannot be taught, the seed is untaught for all methods.
-    let task = match contained(|| conditions.teach(original, &*standard))? {
+    let task = match contained(conditions, || conditions.teach(original, &*standard))? {
         Ok(task) => task,
         Err(outcome) => OriginalTask::untaught(original, outcome.why().unwrap_or_default()),
     };
@@ -271,7 +276,10 @@ fn originals<'a>(
             let is_standard = method.original() == standard.original();
             // What one method is taught is no other's budget.
             let conditions = Conditions { steps: &AtomicU64::new(0), ..*conditions };
-            let own = if is_standard { Ok(task.clone()) } else { contained(|| conditions.taught_to(&task, method))? };
+            let own = match is_standard {
+                true => Ok(task.clone()),
+                false => contained(&conditions, || conditions.taught_to(&task, method))?,
+            };
             entry.insert(match own {
                 Ok(task) => (method, task, None),
                 Err(outcome) => (method, task.clone(), Some(outcome)),
@@ -285,7 +293,7 @@ fn originals<'a>(
 fn befores<'o>(
     conditions: &Conditions<'_>,
     setting: &Arc<Setting>,
-    methods: &[&dyn Method],
+    methods: &[&'o dyn Method],
     originals: &'o Originals<'_>,
 ) -> Result<Befores<'o>, BenchError> {
     let mut befores = Befores::new();
@@ -296,7 +304,7 @@ fn befores<'o>(
                 Some(outcome) => Err(outcome.clone()),
                 None => {
                     let conditions = Conditions { steps: &AtomicU64::new(0), ..*conditions };
-                    contained(|| conditions.before(task, setting, *owner))?
+                    contained(&conditions, || conditions.before(task, setting, *owner))?
                 }
             };
             entry.insert((task, before));

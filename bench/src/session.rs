@@ -82,14 +82,14 @@ impl Conditions<'_> {
         let taught = match method.role() {
             Role::Control => {
                 let model = method.take_over(original)?;
-                unchanged(&*model, &Lesson::new(&task.demonstrations), before, &mut run)
+                unchanged(&*model, &Lesson::new(&task.demonstrations), before, &mut run)?
             }
             Role::Correct => {
                 let folder = method.name().replace(':', "-");
                 let mut robot = Robot::new(method, original, &task.demonstrations, folder)?;
                 let taught = self.taught_by_corrections(&mut robot, setting, before, &mut run)?;
                 run.retained = self.retained(robot.model(), task, !run.corrections.is_empty())?;
-                run.structure = robot.structure();
+                run.structure = robot.structure()?;
                 if !run.corrections.is_empty() && self.protocol.pooled.iter().any(|name| name == method.name()) {
                     let conditions = self.during(RunPhase::Pool);
                     run.pooled = Some(conditions.pooled(&robot, setting, task, before.held_out.as_ref())?);
@@ -113,7 +113,7 @@ impl Conditions<'_> {
         let corrected = self.correct(robot, setting, &before.deciding, run)?;
         let fresh =
             if run.corrections.is_empty() { before.fresh.clone() } else { self.evaluate(robot.model(), setting)? };
-        let calibration = judge(robot.model(), robot.lesson(), &fresh, before, run);
+        let calibration = judge(robot.model(), robot.lesson(), &fresh, before, run)?;
         Ok(Taught { last: corrected.last, fresh, gave_up: corrected.gave_up, calibration })
     }
 
@@ -132,8 +132,8 @@ impl Conditions<'_> {
         };
         let fresh = self.evaluate(&*model, setting)?;
         let lesson = Lesson::new(&anew.demonstrations);
-        run.structure = lesson.score(&model.graph());
-        let calibration = judge(&*model, &lesson, &fresh, before, run);
+        run.structure = lesson.score(&model.graph()?);
+        let calibration = judge(&*model, &lesson, &fresh, before, run)?;
         Ok(Taught { last, fresh, gave_up, calibration })
     }
 
@@ -171,12 +171,12 @@ impl Conditions<'_> {
                 let taught = match method.role() {
                     Role::Correct if is_applicable => self.taught_by_corrections(robot, setting, &before, &mut run)?,
                     Role::Correct | Role::FromScratch | Role::Control => {
-                        unchanged(robot.model(), robot.lesson(), &before, &mut run)
+                        unchanged(robot.model(), robot.lesson(), &before, &mut run)?
                     }
                 };
                 corrected |= !run.corrections.is_empty();
                 run.retained = self.retained(robot.model(), task, corrected)?;
-                run.structure = robot.structure().filter(|_| method.role() == Role::Correct);
+                run.structure = robot.structure()?.filter(|_| method.role() == Role::Correct);
                 for earlier in &settings[..index] {
                     let evaluation = self.during(RunPhase::Retain).evaluate(robot.model(), earlier)?;
                     run.earlier.insert(earlier.variation.clone().unwrap_or_default(), evaluation.rate);
@@ -217,7 +217,7 @@ impl Conditions<'_> {
         Ok(Pooled {
             pooled: self.evaluate(&*model, setting)?.rate,
             retained: self.during(RunPhase::Retain).evaluate(&*model, &task.setting)?.rate,
-            structure: robot.lesson().score(&model.graph()),
+            structure: robot.lesson().score(&model.graph()?),
             held_out: held_out.and_then(|demonstration| HeldOut::of(&*model, demonstration)),
         })
     }
@@ -289,9 +289,14 @@ impl Conditions<'_> {
 }
 
 /// Nothing was taught.
-fn unchanged(model: &dyn Learned, lesson: &Lesson, before: &Uncorrected, run: &mut RunRecord) -> Taught {
-    let calibration = judge(model, lesson, &before.fresh, before, run);
-    Taught { last: before.deciding.clone(), fresh: before.fresh.clone(), gave_up: false, calibration }
+fn unchanged(
+    model: &dyn Learned,
+    lesson: &Lesson,
+    before: &Uncorrected,
+    run: &mut RunRecord,
+) -> Result<Taught, BenchError> {
+    let calibration = judge(model, lesson, &before.fresh, before, run)?;
+    Ok(Taught { last: before.deciding.clone(), fresh: before.fresh.clone(), gave_up: false, calibration })
 }
 
 /// Holds a model against the demonstration that was held out. Returns its calibration in the rollouts of an evaluation.
@@ -301,8 +306,8 @@ fn judge(
     evaluation: &Evaluation,
     before: &Uncorrected,
     run: &mut RunRecord,
-) -> Option<BranchCalibration> {
+) -> Result<Option<BranchCalibration>, BenchError> {
     run.held_out = before.held_out.as_ref().and_then(|demonstration| HeldOut::of(model, demonstration));
-    let graph = model.graph();
-    BranchCalibration::of(&evaluation.choices, &graph, &lesson.skills(&graph))
+    let graph = model.graph()?;
+    Ok(BranchCalibration::of(&evaluation.choices, &graph, &lesson.skills(&graph)))
 }

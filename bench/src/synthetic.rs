@@ -319,7 +319,7 @@ mod tests {
             let automaton = Automaton::new(Parameters::of(nodes, seed)).unwrap();
             for name in ["situ", "rebuild", "rebuild:no_modify"] {
                 let model = taught(name, &automaton);
-                let before = model.graph();
+                let before = model.graph().unwrap();
                 assert!(automaton.is_recovered(&before), "{name}, {nodes} nodes: {:?}", before.edges);
                 for edit in Edit::ALL {
                     let planted = automaton.plant(edit, seed).unwrap();
@@ -327,7 +327,7 @@ mod tests {
                     let trace = model
                         .correct(Correction::after(planted.last(&before).unwrap(), &planted.demonstration))
                         .unwrap();
-                    let made = difference(&before, &model.graph()).edit();
+                    let made = difference(&before, &model.graph().unwrap()).edit();
                     // Without a rule of modification a path nearby stays a node of its own.
                     let is_kept_apart = name == "rebuild:no_modify" && edit == Edit::NodeModification;
                     let expected = if is_kept_apart { Edit::NodeAddition } else { edit };
@@ -345,7 +345,7 @@ mod tests {
             // As printed: `situ` asks about the primitives of one object alone.
             let mut model = taught("situ:applicable", &automaton);
             let planted = automaton.plant(Edit::None, 5).unwrap();
-            let last = planted.last(&model.graph()).unwrap();
+            let last = planted.last(&model.graph().unwrap()).unwrap();
             model.correct(Correction::after(last, &planted.demonstration)).unwrap().steps[0].applicable.len()
         };
         for nodes in [10, 100] {

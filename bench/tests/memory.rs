@@ -40,7 +40,7 @@ fn bytes(nodes: usize) -> [u64; 3] {
     let model = measure(|| copy = Some(subject.learned().boxed()));
     let mut copy = copy.unwrap();
     let planted = subject.automaton().plant(Edit::NodeAddition, 1).unwrap();
-    let last = planted.last(&copy.graph()).unwrap();
+    let last = planted.last(&copy.graph().unwrap()).unwrap();
     let corrected = measure(|| {
         copy.correct(Correction::after(last, &planted.demonstration)).unwrap();
     });
@@ -112,11 +112,12 @@ fn sound(learned: &dyn Learned, before: &Graph, after: &Graph, planted: &Planted
     let mut others = 0;
     for (step, state) in trace.steps.iter().zip(&starts) {
         for place in &places {
-            for (child, probability) in learned.ranked(*place, state) {
+            for (child, probability) in learned.ranked(*place, state).unwrap() {
                 assert!((0.0..=1.0).contains(&probability) && places.contains(&child), "{place}: {probability}");
             }
         }
-        others += u32::from(learned.next(step.after, state).map(|(place, _)| place) != Some(Place::Node(step.node)));
+        others +=
+            u32::from(learned.next(step.after, state).unwrap().map(|(place, _)| place) != Some(Place::Node(step.node)));
     }
     assert!(others <= trace.obedience.aliased + trace.obedience.disobeyed, "{others}: {:?}", trace.obedience);
 }
@@ -126,7 +127,7 @@ fn corrected(count: u32) -> Vec<Taken> {
     let situ = method::named("situ").unwrap();
     let subject = Subject::teach(&*situ, Parameters::of(NODES, soak::seed())).unwrap();
     let (mut learned, mut rng) = (subject.learned().boxed(), ChaCha8Rng::seed_from_u64(soak::seed()));
-    let mut before = learned.graph();
+    let mut before = learned.graph().unwrap();
     let mut taken = Vec::new();
     for number in 0..count {
         let edit = Edit::ALL[rng.random_range(0..Edit::ALL.len())];
@@ -135,7 +136,7 @@ fn corrected(count: u32) -> Vec<Taken> {
         let mut trace = None;
         let (bytes, seconds) =
             processor_timed(|| measure(|| trace = Some(learned.correct(correction).expect("it can be learned"))));
-        let (trace, after) = (trace.unwrap(), learned.graph());
+        let (trace, after) = (trace.unwrap(), learned.graph().unwrap());
         sound(
             &*learned,
             &before,

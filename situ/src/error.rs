@@ -49,7 +49,7 @@ pub enum SituError {
         /// Its name.
         demonstration: String,
         /// The method.
-        method: &'static str,
+        method: String,
         /// What it needs.
         missing: &'static str,
     },
@@ -57,9 +57,17 @@ pub enum SituError {
     #[error("{method} cannot take over this model of the original task: expected {expected}")]
     OtherOriginal {
         /// The method.
-        method: &'static str,
+        method: String,
         /// The model that it takes over.
-        expected: &'static str,
+        expected: String,
+    },
+    /// A method that is another program, which failed or answered what is no answer.
+    #[error("{method}: {problem}")]
+    Outside {
+        /// The method.
+        method: String,
+        /// What went wrong.
+        problem: String,
     },
     /// A node that the model does not hold.
     #[error("the task model has no node {0}")]

@@ -11,10 +11,12 @@ pub enum FileKind {
     Protocol,
     /// Profiles of teachers.
     Teachers,
+    /// Methods that are programs of their own.
+    Methods,
 }
 
 impl FileKind {
-    const ALL: [Self; 3] = [Self::Task, Self::Protocol, Self::Teachers];
+    const ALL: [Self; 4] = [Self::Task, Self::Protocol, Self::Teachers, Self::Methods];
 
     /// What it is, and the option that takes it.
     fn words(self) -> (&'static str, &'static str) {
@@ -22,6 +24,7 @@ impl FileKind {
             Self::Task => ("a task", "--tasks, which takes its folder"),
             Self::Protocol => ("a protocol", "--protocol"),
             Self::Teachers => ("a file of teachers", "--teachers"),
+            Self::Methods => ("a file of methods", "--methods"),
         }
     }
 
@@ -31,6 +34,7 @@ impl FileKind {
             Self::Task => "goal",
             Self::Protocol => "methods",
             Self::Teachers => "profile",
+            Self::Methods => "method",
         }
     }
 

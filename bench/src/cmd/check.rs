@@ -10,7 +10,7 @@ use situ_tasks::{Attempt, Episode, NeededEdit, Registry, Setting, TaskError, Tri
 use situ_teachers::Teacher;
 
 use self::layout::{table, with_interval};
-use crate::cmd::library::{Carrier, Library};
+use crate::cmd::library::{Carrier, Library, OwnMethods};
 use crate::cmd::terminal;
 use crate::cost;
 use crate::error::BenchError;
@@ -19,6 +19,7 @@ use crate::shown;
 use crate::tally::Rate;
 
 mod layout;
+mod owed;
 mod tuition;
 mod visible;
 
@@ -47,7 +48,8 @@ Examples:
   situ-bench check --seeds 100 --out premises.md
   situ-bench check --teacher novice pour
   situ-bench check --visible --seeds 50 --out shown.md
-  situ-bench check --speed"
+  situ-bench check --speed
+  situ-bench check --method mine --methods mine.toml"
 )]
 pub struct Check {
     /// The tasks, with a variation or without. All known tasks where none is named.
@@ -62,6 +64,9 @@ pub struct Check {
     /// Instead measures how many simulated seconds of the competent script one core does in a second.
     #[arg(long, conflicts_with_all = ["teacher", "visible"])]
     pub speed: bool,
+    /// Instead checks that a method does what every method owes, on a small automaton without physics.
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["teacher", "visible", "speed", "task"])]
+    pub method: Option<String>,
     /// Instead measures how this teacher does: demonstrations, corrections from where the original script fails, and
     /// whether a model that was learned needs no edit where the task file says so.
     #[arg(long, value_name = "NAME", conflicts_with = "visible")]
@@ -79,6 +84,9 @@ pub struct Check {
     /// Tasks and teachers of one's own.
     #[command(flatten)]
     pub library: Library,
+    /// Methods of one's own.
+    #[command(flatten)]
+    pub own: OwnMethods,
 }
 
 /// The share of all trials that must turn out as claimed.
@@ -108,6 +116,10 @@ impl Check {
     /// # Errors
     /// A name that nothing has, a file with a mistake, [`BenchError::Interrupted`].
     pub fn run(&self) -> Result<Checked, BenchError> {
+        if let Some(name) = &self.method {
+            let (said, findings) = owed::said(&*self.own.known()?.named(name)?)?;
+            return self.checked(&said, &findings);
+        }
         let registry = self.library.registry()?;
         let settings = self.settings(&registry)?;
         let seeds: Vec<u64> = (0..u64::from(self.seeds)).map(|index| self.seed.wrapping_add(index)).collect();

@@ -154,8 +154,9 @@ fn one_automaton(protocol: &Protocol, words: &[String]) -> Result<(), BenchError
     let known = protocol.cost.iter().map(|series| series.series.as_str());
     let found = protocol.cost.iter().find(|other| other.series == *series);
     let found = found.ok_or_else(|| BenchError::unknown("cost series", series, known))?;
-    let known = || method::all().into_iter().map(|method| method.name());
-    let named = method::named(method).ok_or_else(|| BenchError::unknown("method", method, known()))?;
+    let known = method::all();
+    let named = method::named(method)
+        .ok_or_else(|| BenchError::unknown("method", method, known.iter().map(|method| method.name())))?;
     let subject = Subject::teach(&*named, found.parameters(number(nodes)?, number(originals)?, number(seed)?.into()))?;
     Edit::ALL.into_iter().try_for_each(|edit| subject.measure(&protocol.name, series, edit, 0).map(|_| ()))
 }

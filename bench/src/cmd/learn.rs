@@ -7,10 +7,12 @@ use clap::Args;
 use serde::Serialize;
 use situ::demonstration::Kind;
 use situ::edit::{self, Difference};
-use situ::method::{self, Learned, Method};
+use situ::graph::Graph;
+use situ::method::{Learned, Method};
 use situ::trace::{Counters, Trace};
 use situ_tasks::name::one_line;
 
+use crate::cmd::library::OwnMethods;
 use crate::demonstration_file::{DemonstrationFile, check_together};
 use crate::error::BenchError;
 use crate::files;
@@ -59,6 +61,9 @@ pub struct Learn {
     /// The method that keeps the task model up to date: see `situ-bench list methods`.
     #[arg(long, default_value = "situ")]
     pub method: String,
+    /// Methods of one's own.
+    #[command(flatten)]
+    pub own: OwnMethods,
     /// Root seed of the method's random draws. Some methods draw Monte Carlo divergences; `situ` and `rebuild` draw
     /// nothing.
     #[arg(long, default_value_t = 0)]
@@ -89,6 +94,8 @@ pub struct Corrected {
 pub struct Learning {
     /// The model.
     pub learned: Box<dyn Learned>,
+    /// Its structure.
+    pub graph: Graph,
     /// The corrections in order.
     pub corrections: Vec<Corrected>,
 }
@@ -120,19 +127,19 @@ pub fn learn(
     let teach = |source| BenchError::Teach { path: first.path().to_owned(), source };
     let mut learned = method.teach(&first.schema, &demonstrations, seed).map_err(teach)?;
     let mut corrected = Vec::with_capacity(corrections.len());
-    let mut before = learned.graph();
+    let mut before = learned.graph().map_err(teach)?;
     for (file, stop) in corrections.iter().zip(&stops[originals.len()..]) {
         let stop = stop.in_model(&before).map_err(|Unheld { key, .. }| {
             let problem = format!("`{}` keeps no node that holds this segment", method.name());
             file.refuse(&format!("{key}.segment"), problem)
         })?;
         let trace = learned.correct(stop.correction(&file.demonstration)).map_err(|source| refuse(file, source))?;
-        let after = learned.graph();
+        let after = learned.graph().map_err(|source| refuse(file, source))?;
         let difference = edit::difference(&before, &after);
         corrected.push(Corrected { name: file.demonstration.name().to_string(), difference, trace });
         before = after;
     }
-    Ok(Learning { learned, corrections: corrected })
+    Ok(Learning { learned, graph: before, corrections: corrected })
 }
 
 impl Learn {
@@ -141,7 +148,8 @@ impl Learn {
     /// # Errors
     /// Where a name or a file is wrong: nothing is written then. [`BenchError::Write`].
     pub fn run(&self) -> Result<String, BenchError> {
-        let method = named(&self.method)?;
+        let methods = self.own.known()?;
+        let method = methods.named(&self.method)?;
         let read =
             |paths: &[PathBuf]| paths.iter().map(|path| DemonstrationFile::read(path)).collect::<Result<Vec<_>, _>>();
         let (originals, corrections) = (read(&self.originals)?, read(&self.correct)?);
@@ -152,7 +160,7 @@ impl Learn {
             outputs.push((path.clone(), self.model(&lesson)));
         }
         if let Some(path) = &self.dot {
-            let dot = lesson.learned.graph().to_dot(name);
+            let dot = lesson.graph.to_dot(name);
             outputs.push((path.clone(), format!("// Made by `{}`.\n{dot}", self.command())));
         }
         if let Some(path) = &self.trace {
@@ -184,19 +192,8 @@ impl Learn {
     }
 }
 
-/// The method of this name.
-///
-/// # Errors
-/// [`BenchError::Unknown`], with the names there are.
-pub fn named(name: &str) -> Result<Box<dyn Method>, BenchError> {
-    method::named(name).ok_or_else(|| {
-        let known = method::all().iter().map(|method| method.name()).collect::<Vec<_>>().join(", ");
-        BenchError::Unknown { what: "method", name: name.to_owned(), known }
-    })
-}
-
 fn report(method: &dyn Method, lesson: &Learning) -> String {
-    let graph = lesson.learned.graph();
+    let graph = &lesson.graph;
     let mut text = format!("method {}: {}\n", method.name(), method.summary());
     let _ = writeln!(text, "nodes {}", graph.nodes.len());
     for node in &graph.nodes {

@@ -1,5 +1,5 @@
-//! Arguments that several verbs share: tasks and teachers beside those that come with the program, and what carries the
-//! hand.
+//! Arguments that several verbs share: tasks, teachers and methods beside those that come with the program, and what
+//! carries the hand.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -10,6 +10,7 @@ use situ_teachers::Roster;
 
 use crate::digest;
 use crate::error::BenchError;
+use crate::external::Methods;
 
 /// What carries the hand.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -37,6 +38,24 @@ impl From<Carrier> for Plant {
             Carrier::Arm => Self::Arm,
             Carrier::Hand => Self::Hand,
         }
+    }
+}
+
+/// Methods of one's own.
+#[derive(Args, Clone, Debug, Default)]
+pub struct OwnMethods {
+    /// A file of methods that are programs of their own, to know beside the built-in ones; may be given several times.
+    #[arg(long, value_name = "FILE")]
+    pub methods: Vec<PathBuf>,
+}
+
+impl OwnMethods {
+    /// All methods that are known. Those of one's own are started.
+    ///
+    /// # Errors
+    /// A file that cannot be read, a mistake in one, or a program that does not say what it is.
+    pub fn known(&self) -> Result<Methods, BenchError> {
+        Methods::with_files(&self.methods)
     }
 }
 

@@ -3,12 +3,13 @@
 use std::fmt::Write;
 
 use clap::{Args, ValueEnum};
-use situ::method::{self, Role};
+use situ::method::{Method, Role};
 use situ_tasks::{Registry, Task};
 use situ_teachers::Profile;
 
-use crate::cmd::library::Library;
+use crate::cmd::library::{Library, OwnMethods};
 use crate::error::BenchError;
+use crate::external::Methods;
 use crate::protocol::Protocol;
 use crate::tables;
 
@@ -25,6 +26,9 @@ pub struct List {
     /// Tasks and teachers of one's own.
     #[command(flatten)]
     pub library: Library,
+    /// Methods of one's own.
+    #[command(flatten)]
+    pub own: OwnMethods,
 }
 
 /// Something to choose from.
@@ -45,9 +49,9 @@ pub enum What {
 }
 
 impl What {
-    fn section(self, library: &Library) -> Result<String, BenchError> {
+    fn section(self, library: &Library, own: &OwnMethods) -> Result<String, BenchError> {
         Ok(match self {
-            Self::Methods => methods(),
+            Self::Methods => methods(&own.known()?),
             Self::Tasks => tasks(&library.registry()?),
             Self::Sequences => sequences(&library.registry()?),
             Self::Teachers => teachers(library.roster()?.profiles()),
@@ -67,7 +71,11 @@ impl List {
             Some(what) => vec![what],
             None => What::value_variants().to_vec(),
         };
-        Ok(sections.into_iter().map(|what| what.section(&self.library)).collect::<Result<Vec<_>, _>>()?.join("\n"))
+        Ok(sections
+            .into_iter()
+            .map(|what| what.section(&self.library, &self.own))
+            .collect::<Result<Vec<_>, _>>()?
+            .join("\n"))
     }
 }
 
@@ -99,11 +107,11 @@ fn aligned(title: &str, rows: &[Vec<String>]) -> String {
     text
 }
 
-fn methods() -> String {
-    let words = |method: Box<dyn method::Method>| {
+fn methods(known: &Methods) -> String {
+    let words = |method: Box<dyn Method>| {
         [method.name(), role(method.role()), method.summary(), method.source()].map(str::to_owned).to_vec()
     };
-    aligned("methods", &method::all().into_iter().map(words).collect::<Vec<_>>())
+    aligned("methods", &known.all().into_iter().map(words).collect::<Vec<_>>())
 }
 
 /// The first sentence of a text, on one line.

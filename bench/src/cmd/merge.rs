@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::cmd::library::{Carrier, Library};
+use crate::cmd::library::{Carrier, Library, OwnMethods};
 use crate::cmd::run::{LEDGER, PROTOCOL};
 use crate::cmd::terminal::say;
 use crate::cmd::traces;
@@ -53,6 +53,9 @@ pub struct Merge {
     /// A file of teacher profiles that the runs were told of; may be given several times.
     #[arg(long, value_name = "FILE")]
     pub teachers: Vec<PathBuf>,
+    /// Methods of one's own that the shards ran.
+    #[command(flatten)]
+    pub own: OwnMethods,
 }
 
 /// The most names of runs that are said.
@@ -165,7 +168,7 @@ impl Merge {
         }
         let seed = first.protocol.first_seed.unwrap_or(protocol.first_seed);
         let protocol = Protocol { name: first.protocol.name.clone(), first_seed: seed, ..protocol.clone() };
-        let wanted = Plan::new(protocol, &first.wanted, &registry, &library.roster()?)?.places();
+        let wanted = Plan::new(protocol, &first.wanted, &registry, &library.roster()?, &self.own.known()?)?.places();
         let found: BTreeSet<Identity> = records.iter().map(Record::identity).collect();
         let missing = wanted.iter().filter(|(run, _)| !found.contains(run)).map(|(run, place)| {
             let holder = first.shard.and_then(|shard| shard.holder(*place));

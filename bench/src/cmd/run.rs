@@ -9,11 +9,12 @@ use clap::Args;
 use situ_tasks::Registry;
 
 use crate::archive::Archive;
-use crate::cmd::library::{Carrier, Library};
+use crate::cmd::library::{Carrier, Library, OwnMethods};
 use crate::cmd::terminal::{self, Signs, say};
 use crate::cmd::traces::{self, Traces};
 use crate::digest;
 use crate::error::BenchError;
+use crate::external;
 use crate::files;
 use crate::ledger::{self, Canonical, Ledger};
 use crate::lock::Lock;
@@ -93,10 +94,15 @@ pub struct Run {
     /// Tasks and teachers of one's own. Without the arm the protocol is called `NAME-hand`.
     #[command(flatten)]
     pub library: Library,
+    /// Methods of one's own: they are run where --method or the protocol names them.
+    #[command(flatten)]
+    pub own: OwnMethods,
 }
 
 /// So many publications are printed: those that answer the first questions.
 const FIRST: usize = 2;
+/// The folder of what external methods say, in the folder of a run.
+const LOGS: &str = "logs";
 /// The ledger's name in its folder.
 pub(super) const LEDGER: &str = "ledger.jsonl";
 /// The protocol's name in the folder.
@@ -192,19 +198,28 @@ impl Run {
         let filter = self.filter();
         let wanted = Protocol { first_seed: self.seed.unwrap_or(protocol.first_seed), ..protocol.clone() };
         let registry = self.library.registry()?;
-        let plan = Plan::new(wanted, &filter, &registry, &self.library.roster()?)?;
+        let methods = self.own.known()?;
+        let plan = Plan::new(wanted, &filter, &registry, &self.library.roster()?, &methods)?;
         let plan = match self.shard {
             Some(shard) => plan.part(shard),
             None => plan,
         };
-        let begun = self.prepare(folder, protocol, self.manifest(&plan, &registry)?)?;
+        let mut manifest = self.manifest(&plan, &registry)?;
+        let external = methods.hashes().filter(|(name, _)| plan.has_method(name));
+        manifest.provenance.methods = external.map(|(name, hash)| (name.to_owned(), hash)).collect();
+        let begun = self.prepare(folder, protocol, manifest)?;
         let path = folder.join(LEDGER);
         let (ledger, contents) = Ledger::open(&path)?;
         contents.warnings.iter().for_each(|warning| say(&format!("warning: {warning}")));
         let done = self.done(&plan, &path, &contents.records)?;
         let traces = Traces { ledger: path.clone(), files: begun, lock: Lock::path(folder), folders: new.to_vec() };
         let last = traces.clone();
-        let interrupted = terminal::interrupt_flag(BenchError::Interrupted, move || last.remove_all());
+        let interrupted = terminal::interrupt_flag(BenchError::Interrupted, move || {
+            external::end_all();
+            last.remove_all();
+        });
+        methods.heed(&interrupted);
+        methods.log_into(&folder.join(LOGS));
         let signs = Signs::of(plan.len());
         let part = self.shard.map_or(String::new(), |shard| format!("shard {shard}: "));
         say(&format!("{part}{} runs, in {}", plan.len(), folder.display()));

@@ -17,6 +17,7 @@ use situ::place::{NodeId, Place};
 use situ::segment::RelativeKeyframe;
 use situ::state::{Schema, State};
 use situ::trace::Trace;
+use situ_bench::external::Methods;
 use situ_bench::ledger::{self, Canonical, Ledger};
 use situ_bench::plan::{Filter, Plan};
 use situ_bench::protocol::Protocol;
@@ -59,15 +60,15 @@ impl Faulty {
 }
 
 impl Method for Faulty {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         self.name
     }
 
-    fn summary(&self) -> &'static str {
+    fn summary(&self) -> &str {
         "breaks off"
     }
 
-    fn source(&self) -> &'static str {
+    fn source(&self) -> &str {
         "this test"
     }
 
@@ -75,7 +76,7 @@ impl Method for Faulty {
         Role::Correct
     }
 
-    fn original(&self) -> &'static str {
+    fn original(&self) -> &str {
         if self.fault == Fault::PanicsAtOnce { self.name } else { self.within.original() }
     }
 
@@ -105,19 +106,21 @@ impl Learned for Broken {
         self.within.correct(correction)
     }
 
-    fn next(&self, last: Place, state: &State) -> Option<(Place, f64)> {
+    fn ranked(&self, last: Place, state: &State) -> Result<Vec<(Place, f64)>, SituError> {
         let broken = self.corrected && self.fault == Fault::Improbable;
-        self.within.next(last, state).map(|(place, probability)| (place, if broken { f64::NAN } else { probability }))
+        let ranked = self.within.ranked(last, state)?.into_iter();
+        Ok(ranked.map(|(place, probability)| (place, if broken { f64::NAN } else { probability })).collect())
     }
 
     fn keyframes(
         &self,
         node: NodeId,
         way: usize,
+        state: &State,
         execution: Execution,
         rng: &mut ChaCha8Rng,
     ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError> {
-        let (reference, mut keyframes) = self.within.keyframes(node, way, execution, rng)?;
+        let (reference, mut keyframes) = self.within.keyframes(node, way, state, execution, rng)?;
         match self.fault {
             Fault::NotANumber if self.corrected => keyframes[0].pose.translation.vector.x = f64::NAN,
             Fault::Endless if self.corrected => keyframes.iter_mut().for_each(|keyframe| keyframe.hold = 3600.0),
@@ -126,7 +129,7 @@ impl Learned for Broken {
         Ok((reference, keyframes))
     }
 
-    fn graph(&self) -> Graph {
+    fn graph(&self) -> Result<Graph, SituError> {
         self.within.graph()
     }
 
@@ -160,7 +163,9 @@ fn records(text: &str, filter: &Filter, faults: &[(&'static str, Fault)], thread
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("ledger.jsonl");
     let protocol = Protocol::parse(text, Path::new("small.toml")).unwrap();
-    let plan = Plan::new(protocol, filter, &Registry::builtin().unwrap(), &Roster::builtin().unwrap()).unwrap();
+    let plan =
+        Plan::new(protocol, filter, &Registry::builtin().unwrap(), &Roster::builtin().unwrap(), &Methods::builtin())
+            .unwrap();
     let plan = faults.iter().fold(plan, |plan, (name, fault)| plan.with_method(Faulty::boxed(name, *fault)));
     let (ledger, _) = Ledger::open(&path).unwrap();
     let (ledger, stop, spending) = (Mutex::new(ledger), AtomicBool::new(false), Spending::new());

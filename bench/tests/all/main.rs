@@ -4,6 +4,7 @@ mod broken;
 mod check;
 mod cost;
 mod dependencies;
+mod external;
 mod house;
 mod learn;
 mod outputs;

@@ -66,7 +66,7 @@ fn a_manifest_says_what_made_the_folder() {
                  --method no_update --teacher novice";
     printed(folder, &words.split_whitespace().collect::<Vec<_>>());
     let made = manifest(&folder.join("made"));
-    let Provenance { revision, sources, lock, toolchain, benchmark } = &made.provenance;
+    let Provenance { revision, sources, lock, toolchain, benchmark, methods: _ } = &made.provenance;
     assert_eq!((made.schema, made.plant.as_str(), &made.superseded), (2, "arm", &None));
     assert_eq!((made.protocol.first_seed, made.protocol.seeds), (Some(1), Some(1)));
     assert!(toolchain.starts_with("rustc ") && sources.len() == 64, "{made:?}");

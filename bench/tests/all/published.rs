@@ -14,6 +14,7 @@ use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
 use situ_bench::digest;
+use situ_bench::external::Methods;
 use situ_bench::ledger::{self, Ledger};
 use situ_bench::manifest::{self, Manifest};
 use situ_bench::plan::{Filter, Plan};
@@ -113,7 +114,7 @@ fn found(folder: &Path) -> Found {
         Record::Run(run) => of_run(protocol, run),
         Record::Cost(cost) => of_cost(protocol, cost),
     };
-    let plan = Plan::new(protocol, &filter, &registry, &Roster::builtin().unwrap()).unwrap();
+    let plan = Plan::new(protocol, &filter, &registry, &Roster::builtin().unwrap(), &Methods::builtin()).unwrap();
     let temporary = tempfile::tempdir().unwrap();
     let again = temporary.path().join("ledger.jsonl");
     let (ledger, contents) = Ledger::open(&again).unwrap();

@@ -10,6 +10,7 @@ use std::sync::atomic::AtomicBool;
 use crate::small;
 use situ::edit::Edit;
 use situ_bench::error::BenchError;
+use situ_bench::external::Methods;
 use situ_bench::ledger::{self, Canonical, Ledger};
 use situ_bench::plan::{Filter, Plan};
 use situ_bench::protocol::Protocol;
@@ -32,7 +33,7 @@ impl Progress for Silent {
 
 fn plan(filter: &Filter, roster: &Roster) -> Plan {
     let protocol = Protocol::parse(&small_protocol(), Path::new("small.toml")).unwrap();
-    Plan::new(protocol, filter, &Registry::builtin().unwrap(), roster).unwrap()
+    Plan::new(protocol, filter, &Registry::builtin().unwrap(), roster, &Methods::builtin()).unwrap()
 }
 
 fn bump() -> Plan {
@@ -232,7 +233,8 @@ fn bad_names_and_protocols_exit_with_2_and_say_what_would_be_right() {
 fn the_built_in_protocols_can_be_run() {
     for name in Protocol::names() {
         let (registry, roster) = (Registry::builtin().unwrap(), Roster::builtin().unwrap());
-        let plan = Plan::new(Protocol::find(name).unwrap(), &Filter::default(), &registry, &roster);
+        let plan =
+            Plan::new(Protocol::find(name).unwrap(), &Filter::default(), &registry, &roster, &Methods::builtin());
         assert!(!plan.unwrap_or_else(|error| panic!("{name}: {error}")).is_empty());
     }
     let roster = Roster::builtin().unwrap();

@@ -6,6 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use situ_bench::external::Methods;
 use situ_bench::plan::{Filter, Plan};
 use situ_bench::protocol::Protocol;
 use situ_bench::record::Identity;
@@ -220,7 +221,8 @@ fn as_many_shards_as_teachers_times_seeds_have_each_task_once() {
     let protocol = Protocol::find("paper").unwrap();
     let (registry, roster) = (Registry::builtin().unwrap(), Roster::builtin().unwrap());
     let all = u32::try_from(protocol.teachers.len()).unwrap() * u32::try_from(protocol.seeds).unwrap();
-    let places = Plan::new(protocol.clone(), &Filter::default(), &registry, &roster).unwrap().places();
+    let places =
+        Plan::new(protocol.clone(), &Filter::default(), &registry, &roster, &Methods::builtin()).unwrap().places();
     for number in 1..=all {
         let shard = Shard::new(number, all).unwrap();
         let met: BTreeSet<_> = places.iter().filter(|(_, place)| shard.holds(**place)).collect();

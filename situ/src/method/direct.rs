@@ -47,7 +47,7 @@ const ORACLE: &str = "must be told which skills have changed";
 /// [`SituError::Silent`].
 pub(super) fn check(
     rule: Rule,
-    method: &'static str,
+    method: &str,
     demonstration: &Demonstration,
     oracle: Option<&Oracle>,
 ) -> Result<(), SituError> {
@@ -57,7 +57,7 @@ pub(super) fn check(
         Rule::Oracle if demonstration.kind() == Kind::Corrective && oracle.is_none() => ORACLE,
         _ => return Ok(()),
     };
-    Err(SituError::Silent { demonstration: demonstration.name().to_string(), method, missing })
+    Err(SituError::Silent { demonstration: demonstration.name().to_string(), method: method.to_owned(), missing })
 }
 
 /// What a segment shows, as a rule knows it: its object, and the teacher's names for it.

@@ -49,12 +49,7 @@ enum Update {
 
 impl Update {
     /// Checks that a demonstration says what the method has to hear.
-    fn check(
-        self,
-        method: &'static str,
-        demonstration: &Demonstration,
-        oracle: Option<&Oracle>,
-    ) -> Result<(), SituError> {
+    fn check(self, method: &str, demonstration: &Demonstration, oracle: Option<&Oracle>) -> Result<(), SituError> {
         let Self::Direct(rule) = self else { return Ok(()) };
         direct::check(rule, method, demonstration, oracle)
     }
@@ -293,15 +288,15 @@ fn kernels() -> Vec<KeyframeMethod> {
 }
 
 impl Method for KeyframeMethod {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         self.name
     }
 
-    fn summary(&self) -> &'static str {
+    fn summary(&self) -> &str {
         self.summary
     }
 
-    fn source(&self) -> &'static str {
+    fn source(&self) -> &str {
         self.source
     }
 
@@ -309,7 +304,7 @@ impl Method for KeyframeMethod {
         self.role
     }
 
-    fn original(&self) -> &'static str {
+    fn original(&self) -> &str {
         match self.update {
             Update::Direct(Rule::Narrated) => self.name,
             _ if self.has_own_original => self.name,
@@ -404,25 +399,26 @@ impl Learned for KeyframeTask {
         }
     }
 
-    fn next(&self, last: Place, state: &State) -> Option<(Place, f64)> {
-        self.model.most_probable_child(last, state)
+    fn ranked(&self, last: Place, state: &State) -> Result<Vec<(Place, f64)>, SituError> {
+        Ok(self.model.ranked_children(last, state))
     }
 
-    fn ranked(&self, last: Place, state: &State) -> Vec<(Place, f64)> {
-        self.model.ranked_children(last, state)
+    fn next(&self, last: Place, state: &State) -> Result<Option<(Place, f64)>, SituError> {
+        Ok(self.model.most_probable_child(last, state))
     }
 
-    fn ways(&self, node: NodeId, state: &State) -> Vec<usize> {
-        let Ok(right) = self.model.way_in(node, state, self.learner.scales()) else { return Vec::new() };
-        let ways = self.model.node(node).map_or(0, |node| node.ways.len());
+    fn ways(&self, node: NodeId, state: &State) -> Result<Vec<usize>, SituError> {
+        let right = self.model.way_in(node, state, self.learner.scales())?;
+        let ways = self.model.node(node)?.ways.len();
         let others = (0..ways).rev().filter(|way| *way != right);
-        std::iter::once(right).chain(others).collect()
+        Ok(std::iter::once(right).chain(others).collect())
     }
 
     fn keyframes(
         &self,
         node: NodeId,
         way: usize,
+        _: &State,
         execution: Execution,
         rng: &mut ChaCha8Rng,
     ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError> {
@@ -442,8 +438,8 @@ impl Learned for KeyframeTask {
         segments.iter().map(|segment| (segment.keyframes.len(), explained(segment))).collect()
     }
 
-    fn graph(&self) -> Graph {
-        Graph::of(&self.model, &self.learner)
+    fn graph(&self) -> Result<Graph, SituError> {
+        Ok(Graph::of(&self.model, &self.learner))
     }
 
     fn boxed(&self) -> Box<dyn Learned> {

@@ -15,6 +15,8 @@ use crate::state::State;
 use crate::trace::Trace;
 
 /// A task model that a method keeps up to date, and that can be executed.
+///
+/// A model may be held by another program, which can fail at any question: [`SituError::Outside`].
 pub trait Learned: Send + Sync {
     /// Folds a correction in, all of it or nothing.
     ///
@@ -23,29 +25,40 @@ pub trait Learned: Send + Sync {
     /// segment. The model is then as it was before.
     fn correct(&mut self, correction: Correction<'_>) -> Result<Trace, SituError>;
 
-    /// The place that most probably follows `last` in `state`, and its probability; `None` where no place follows.
-    fn next(&self, last: Place, state: &State) -> Option<(Place, f64)>;
-
     /// The places that may follow `last` in `state`, each with its probability, the most probable first: what an
-    /// executor tries in turn where one of them fails. The first is [`Learned::next`]; by default it is the only one.
-    fn ranked(&self, last: Place, state: &State) -> Vec<(Place, f64)> {
-        self.next(last, state).into_iter().collect()
+    /// executor tries in turn where one of them fails. Some methods know the first alone.
+    ///
+    /// # Errors
+    /// [`SituError::Outside`].
+    fn ranked(&self, last: Place, state: &State) -> Result<Vec<(Place, f64)>, SituError>;
+
+    /// The place that most probably follows `last` in `state`, and its probability; `None` where no place follows.
+    ///
+    /// # Errors
+    /// As [`Learned::ranked`].
+    fn next(&self, last: Place, state: &State) -> Result<Option<(Place, f64)>, SituError> {
+        Ok(self.ranked(last, state)?.first().copied())
     }
 
     /// The ways of doing what a primitive does, by number: the one that is right in `state` first, then the others, the
     /// newest first. By default there is one, number 0.
-    fn ways(&self, _node: NodeId, _state: &State) -> Vec<usize> {
-        vec![0]
-    }
-
-    /// The reference object of a primitive, and the keyframes of one execution of this way of it, relative to it.
     ///
     /// # Errors
-    /// [`SituError::UnknownNode`].
+    /// [`SituError::Outside`].
+    fn ways(&self, _node: NodeId, _state: &State) -> Result<Vec<usize>, SituError> {
+        Ok(vec![0])
+    }
+
+    /// The reference object of a primitive, and the keyframes of one execution of this way of it in `state`, relative
+    /// to that object.
+    ///
+    /// # Errors
+    /// [`SituError::UnknownNode`]; [`SituError::Outside`].
     fn keyframes(
         &self,
         node: NodeId,
         way: usize,
+        state: &State,
         execution: Execution,
         rng: &mut ChaCha8Rng,
     ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError>;
@@ -59,7 +72,10 @@ pub trait Learned: Send + Sync {
     }
 
     /// The structure.
-    fn graph(&self) -> Graph;
+    ///
+    /// # Errors
+    /// [`SituError::Outside`].
+    fn graph(&self) -> Result<Graph, SituError>;
 
     /// A copy.
     fn boxed(&self) -> Box<dyn Learned>;

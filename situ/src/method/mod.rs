@@ -39,26 +39,26 @@ pub enum Role {
 /// A way to keep a task model up to date.
 pub trait Method: Send + Sync {
     /// The name in files, tables and on the command line.
-    fn name(&self) -> &'static str;
+    fn name(&self) -> &str;
 
     /// One sentence: what it does.
-    fn summary(&self) -> &'static str;
+    fn summary(&self) -> &str;
 
     /// Where it comes from.
-    fn source(&self) -> &'static str;
+    fn source(&self) -> &str;
 
     /// What it does with a changed task.
     fn role(&self) -> Role;
 
     /// What the method's model of the original task is called. Methods with one word have one model of it, number for
     /// number; it is learned and evaluated once. A representation of its own has a word of its own.
-    fn original(&self) -> &'static str {
+    fn original(&self) -> &str {
         self.name()
     }
 
     /// The edits that the method can make, whatever it is shown. A task that needs another edit is out of its reach by
     /// construction, which is no failure of its learning: in the tables such a cell is *not applicable*.
-    fn edits(&self) -> &'static [Edit] {
+    fn edits(&self) -> &[Edit] {
         &Edit::ALL
     }
 

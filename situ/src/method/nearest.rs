@@ -23,15 +23,15 @@ use crate::trace::Trace;
 pub struct Nearest;
 
 impl Method for Nearest {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         "nearest"
     }
 
-    fn summary(&self) -> &'static str {
+    fn summary(&self) -> &str {
         "replays the demonstrated segment whose start state is nearest; nothing is clustered, averaged or classified"
     }
 
-    fn source(&self) -> &'static str {
+    fn source(&self) -> &str {
         "this project"
     }
 
@@ -109,17 +109,19 @@ impl Learned for Memory {
     }
 
     /// The nearest start or end; of two that are equally near, the one that was shown later.
-    fn next(&self, _: Place, state: &State) -> Option<(Place, f64)> {
+    fn ranked(&self, _: Place, state: &State) -> Result<Vec<(Place, f64)>, SituError> {
         let starts = self.primitives().map(|(id, segment)| (Place::Node(id), &segment.start));
         let ends = self.shown.iter().filter_map(|shown| Some((Place::End, shown.end.as_ref()?)));
         let near = starts.chain(ends).map(|(place, shown)| (place, shown.squared_distance(state, &self.scales)));
-        near.reduce(|best, other| if other.1 <= best.1 { other } else { best }).map(|(place, _)| (place, 1.0))
+        let nearest = near.reduce(|best, other| if other.1 <= best.1 { other } else { best });
+        Ok(nearest.map(|(place, _)| (place, 1.0)).into_iter().collect())
     }
 
     fn keyframes(
         &self,
         node: NodeId,
         _: usize,
+        _: &State,
         _: Execution,
         _: &mut ChaCha8Rng,
     ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError> {
@@ -127,7 +129,7 @@ impl Learned for Memory {
         Ok((segment.reference.clone(), segment.keyframes.clone()))
     }
 
-    fn graph(&self) -> Graph {
+    fn graph(&self) -> Result<Graph, SituError> {
         let mut graph = Graph::default();
         for (demonstration, shown) in (0..).zip(&self.shown) {
             let mut before = shown.after;
@@ -146,7 +148,7 @@ impl Learned for Memory {
             graph.lengths.push(shown.segments.iter().map(|segment| segment.keyframes.len()).collect());
         }
         graph.edges.sort_unstable();
-        graph
+        Ok(graph)
     }
 
     fn boxed(&self) -> Box<dyn Learned> {

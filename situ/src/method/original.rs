@@ -35,10 +35,10 @@ impl Original {
     ///
     /// # Errors
     /// [`SituError::OtherOriginal`].
-    pub fn keyframe(&self, method: &'static str) -> Result<&KeyframeAutomaton, SituError> {
+    pub fn keyframe(&self, method: &str) -> Result<&KeyframeAutomaton, SituError> {
         match self {
             Self::Keyframe(automaton) => Ok(automaton),
-            Self::Own(_) => Err(SituError::OtherOriginal { method, expected: KEYFRAME_AUTOMATON }),
+            Self::Own(_) => Err(other(method, KEYFRAME_AUTOMATON)),
         }
     }
 
@@ -46,12 +46,16 @@ impl Original {
     ///
     /// # Errors
     /// [`SituError::OtherOriginal`].
-    pub fn own(&self, method: &'static str) -> Result<Box<dyn Learned>, SituError> {
+    pub fn own(&self, method: &str) -> Result<Box<dyn Learned>, SituError> {
         match self {
             Self::Own(learned) => Ok(learned.boxed()),
-            Self::Keyframe(_) => Err(SituError::OtherOriginal { method, expected: "its own" }),
+            Self::Keyframe(_) => Err(other(method, "its own")),
         }
     }
+}
+
+fn other(method: &str, expected: &str) -> SituError {
+    SituError::OtherOriginal { method: method.to_owned(), expected: expected.to_owned() }
 }
 
 /// The automaton that `rebuild` makes of the original demonstrations with the default kernels and the mended decisions,

@@ -26,13 +26,13 @@ fn who_is_told_makes_the_edit_that_is_needed() {
             for planted in Planted::ALL {
                 let correction = task.correction(planted, draw, CAREFUL, draw % 2 == 0);
                 let oracle = correction.oracle();
-                let graph = model.graph();
+                let graph = model.graph().unwrap();
                 let mut model = model.boxed();
                 let last = correction.last_in(&graph);
                 model
                     .correct(Correction { oracle: Some(&oracle), ..Correction::after(last, &correction.demonstration) })
                     .unwrap();
-                let made = difference(&graph, &model.graph());
+                let made = difference(&graph, &model.graph().unwrap());
                 assert_eq!(made.edit(), planted.edit(), "{method}, {planted:?}, draw {draw}: {made:?}");
             }
         }
@@ -47,10 +47,10 @@ fn who_never_clusters_adds_a_node_a_segment() {
         let mut model = taught("append_only", &task);
         for planted in Planted::ALL {
             let correction = task.correction(planted, draw, CAREFUL, true);
-            let before = model.graph();
+            let before = model.graph().unwrap();
             let trace =
                 model.correct(Correction::after(correction.last_in(&before), &correction.demonstration)).unwrap();
-            let made = difference(&before, &model.graph());
+            let made = difference(&before, &model.graph().unwrap());
             assert_eq!(made.nodes_added.len(), trace.steps.len(), "{planted:?}");
             assert_eq!((made.nodes_modified.len(), made.nodes_merged), (0, 0), "{planted:?}");
         }
@@ -78,7 +78,7 @@ fn who_must_be_told_refuses_silence() {
     let originals: Vec<_> = task.originals(2, CAREFUL).iter().map(|shown| silent(shown, &task)).collect();
     for name in ["oracle_edit", "narrated_hierarchy"] {
         let refused = named(name).unwrap().teach(&task.schema, &originals, SEED).map(|_| ());
-        assert!(matches!(refused, Err(SituError::Silent { method, .. }) if method == name), "{refused:?}");
+        assert!(matches!(refused, Err(SituError::Silent { ref method, .. }) if *method == name), "{refused:?}");
         let mut model = taught(name, &task);
         let before = model.to_json();
         let silent = silent(&correction.demonstration, &task);

@@ -39,7 +39,7 @@ fn taught(method: &dyn Method, task: &Task) -> Box<dyn Learned> {
 
 /// What can be asked of a model at any time.
 fn check(name: &str, model: &dyn Learned, state: &State) {
-    let graph = model.graph();
+    let graph = model.graph().unwrap();
     assert!(!graph.nodes.is_empty(), "{name}");
     let ids: BTreeSet<NodeId> = graph.nodes.iter().map(|node| node.id).collect();
     assert_eq!(ids.len(), graph.nodes.len(), "{name}: an id is given twice");
@@ -55,7 +55,7 @@ fn check(name: &str, model: &dyn Learned, state: &State) {
     for node in &graph.nodes {
         assert!(dot.contains(&format!("  {} [shape=box", node.id)), "{name}: {dot}");
         assert!(graph.edges.iter().any(|(_, to)| *to == Place::Node(node.id)), "{name}: {} is out of reach", node.id);
-        let ways = model.ways(node.id, state);
+        let ways = model.ways(node.id, state).unwrap();
         let numbers: BTreeSet<usize> = ways.iter().copied().collect();
         assert!(
             numbers.into_iter().eq(0..ways.len()) && !ways.is_empty(),
@@ -64,7 +64,8 @@ fn check(name: &str, model: &dyn Learned, state: &State) {
         assert_eq!(ways.len(), node.paths.len(), "{name}: a path for each way");
         let executions = ways.iter().flat_map(|way| [(*way, Execution::Mean), (*way, Execution::Sample)]);
         for (way, execution) in executions {
-            let draw = |seed| model.keyframes(node.id, way, execution, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap();
+            let draw =
+                |seed| model.keyframes(node.id, way, state, execution, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap();
             let (reference, keyframes) = draw(1);
             assert_eq!(reference, node.reference, "{name}");
             assert!(!keyframes.is_empty(), "{name}: {} does nothing", node.id);
@@ -81,12 +82,12 @@ fn check(name: &str, model: &dyn Learned, state: &State) {
     }
     assert_eq!(drawn, name != REPLAYS, "{name}: samples are the same for every seed");
     for place in ids.iter().map(|id| Place::Node(*id)).chain([Place::Start]) {
-        let ranked = model.ranked(place, state);
-        assert_eq!(ranked.first().copied(), model.next(place, state), "{name}: the first is the next");
+        let ranked = model.ranked(place, state).unwrap();
+        assert_eq!(ranked.first().copied(), model.next(place, state).unwrap(), "{name}: the first is the next");
         assert!(ranked.is_sorted_by(|one, other| one.1 >= other.1), "{name}: {ranked:?}");
     }
     let stranger = ids.last().map(|id| NodeId(id.0 + 1)).unwrap();
-    let asked = model.keyframes(stranger, 0, Execution::Mean, &mut ChaCha8Rng::seed_from_u64(0));
+    let asked = model.keyframes(stranger, 0, state, Execution::Mean, &mut ChaCha8Rng::seed_from_u64(0));
     assert_eq!(asked, Err(SituError::UnknownNode(stranger)), "{name}");
 }
 
@@ -101,7 +102,7 @@ const SEGMENTS_ITSELF: &str = "bp_ar_hmm";
 fn leads_to_end(model: &dyn Learned, demonstration: &Demonstration) -> bool {
     let runs = demonstration.keyframes().chunk_by(|left, right| left.reference == right.reference);
     let (mut states, objects): (Vec<&State>, Vec<&str>) = runs.map(|run| (&run[0].state, &*run[0].reference)).unzip();
-    let graph = model.graph();
+    let graph = model.graph().unwrap();
     let is_on = |id: NodeId, segment: usize| {
         let own = graph.nodes.iter().find(|node| node.id == id).map(|node| &*node.reference);
         objects[segment.saturating_sub(1)..objects.len().min(segment + 2)].iter().any(|object| own == Some(*object))
@@ -111,7 +112,7 @@ fn leads_to_end(model: &dyn Learned, demonstration: &Demonstration) -> bool {
     let mut index = 0;
     while let Some((place, at)) = reached.get(index).copied() {
         for state in at..states.len().min(at + 2) {
-            match model.next(place, states[state]) {
+            match model.next(place, states[state]).unwrap() {
                 Some((_, probability)) if !(0.5..=1.0).contains(&probability) => return false,
                 Some((Place::End, _)) if state + 1 == states.len() => return true,
                 Some((next @ Place::Node(id), _)) if is_on(id, state) && !reached.contains(&(next, state)) => {
@@ -127,19 +128,19 @@ fn leads_to_end(model: &dyn Learned, demonstration: &Demonstration) -> bool {
 
 /// Whether following the most probable child through the states of a demonstration visits its segments and then END.
 fn follows(model: &dyn Learned, demonstration: &Demonstration) -> bool {
-    let graph = model.graph();
+    let graph = model.graph().unwrap();
     let holders = graph.holders();
     let mut last = Place::Start;
     let runs = demonstration.keyframes().chunk_by(|left, right| left.reference == right.reference);
     for (index, run) in (0..).zip(runs) {
-        let Some((next, probability)) = model.next(last, &run[0].state) else { return false };
+        let Some((next, probability)) = model.next(last, &run[0].state).unwrap() else { return false };
         let expected = holders[&SegmentId { demonstration: 0, index }].id;
         if next != Place::Node(expected) || !(0.5..=1.0).contains(&probability) {
             return false;
         }
         last = next;
     }
-    model.next(last, demonstration.final_state()).is_some_and(|(next, _)| next == Place::End)
+    model.next(last, demonstration.final_state()).unwrap().is_some_and(|(next, _)| next == Place::End)
 }
 
 #[test]
@@ -171,7 +172,7 @@ fn every_method_teaches_corrects_and_repeats_itself() {
             let mut states = vec![model.to_json()];
             for (draw, (planted, end)) in (0..).zip(CORRECTIONS) {
                 check(name, &*model, &shown.keyframes()[0].state);
-                let (graph, json) = (model.graph(), model.to_json());
+                let (graph, json) = (model.graph().unwrap(), model.to_json());
                 let correction = task.correction(planted, draw, CAREFUL, end);
                 let last = correction.last_in(&graph);
                 let oracle = correction.oracle();
@@ -196,10 +197,10 @@ fn every_method_teaches_corrects_and_repeats_itself() {
                 // A copy knows nothing of what its original learns.
                 let copy = model.boxed();
                 let trace = model.correct(after(last)).unwrap();
-                assert_eq!((copy.graph(), copy.to_json()), (graph, json), "{name}");
+                assert_eq!((copy.graph().unwrap(), copy.to_json()), (graph, json), "{name}");
                 let changed = model.to_json() != copy.to_json();
                 assert_eq!(changed, method.role() != Role::Control, "{name}: corrections are learnt, but by controls");
-                let made = difference(&copy.graph(), &model.graph()).edit();
+                let made = difference(&copy.graph().unwrap(), &model.graph().unwrap()).edit();
                 assert!(method.edits().contains(&made), "{name}: {made} is none of its edits");
                 states.push(serde_json::json!([model.to_json(), trace]));
             }
@@ -219,7 +220,7 @@ fn rebuild_after_corrections_is_rebuild_at_once() {
     let mut histories = crate::common::histories(&task.originals(3, CAREFUL));
     for (draw, (planted, end)) in (0..).zip(CORRECTIONS) {
         let correction = task.correction(planted, draw, CAREFUL, end);
-        let last = correction.last_in(&model.graph());
+        let last = correction.last_in(&model.graph().unwrap());
         model.correct(Correction::after(last, &correction.demonstration)).unwrap();
         let after = original.origin(correction.last(&original)).unwrap();
         histories.push(History::new(&correction.demonstration, by_reference_object(&correction.demonstration), after));
@@ -235,10 +236,10 @@ fn corrected(name: &str, corrections: &[(Planted, bool)]) -> (Box<dyn Learned>, 
     let mut made = Vec::new();
     for (draw, (planted, end)) in (0..).zip(corrections) {
         let correction = task.correction(*planted, draw, CAREFUL, *end);
-        let before = model.graph();
+        let before = model.graph().unwrap();
         let last = correction.last_in(&before);
         model.correct(Correction::after(last, &correction.demonstration)).unwrap();
-        made.push(difference(&before, &model.graph()).edit());
+        made.push(difference(&before, &model.graph().unwrap()).edit());
     }
     (model, made)
 }
@@ -280,7 +281,7 @@ fn a_demonstration_that_was_held_out_is_explained_as_far_as_its_objects_are_know
         let keyframes: usize = segments.iter().map(|(keyframes, _)| keyframes).sum();
         assert_eq!(keyframes, held_out.keyframes().len(), "{name}: every keyframe is in one segment");
         assert!(segments.iter().all(|(_, value)| value.is_some_and(f64::is_finite)), "{name}: {segments:?}");
-        let known = model.graph().nodes.iter().map(|node| node.reference.clone()).collect::<BTreeSet<_>>();
+        let known = model.graph().unwrap().nodes.iter().map(|node| node.reference.clone()).collect::<BTreeSet<_>>();
         let parts = by_reference_object(&stranger);
         let explained = model.held_out(&stranger);
         assert_eq!(explained.len(), parts.len(), "{name}");
@@ -324,18 +325,20 @@ fn methods_of_one_original_start_alike() {
     let shown = task.originals(3, CAREFUL);
     let states: Vec<_> = shown.iter().flat_map(|shown| shown.keyframes()).map(|keyframe| &keyframe.state).collect();
     let mut known = BTreeMap::new();
-    for method in all() {
-        let model = taught(&*method, &task);
-        let graph = model.graph();
+    let methods = all();
+    for method in &methods {
+        let model = taught(&**method, &task);
+        let graph = model.graph().unwrap();
         let lengths: Vec<usize> = graph.lengths.iter().map(|lengths| lengths.iter().sum()).collect();
         let keyframes: Vec<usize> = shown.iter().map(|shown| shown.keyframes().len()).collect();
         assert_eq!(lengths, keyframes, "{}: every keyframe is of one segment", method.name());
         let places = || graph.nodes.iter().map(|node| Place::Node(node.id)).chain([Place::Start]);
         let next: Vec<_> = places().flat_map(|place| states.iter().map(move |state| (place, *state))).collect();
-        let next: Vec<_> = next.into_iter().map(|(place, state)| model.next(place, state)).collect();
+        let next: Vec<_> = next.into_iter().map(|(place, state)| model.next(place, state).unwrap()).collect();
         let draw = |node: &GraphNode| {
-            let draw =
-                |execution, seed| model.keyframes(node.id, 0, execution, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap();
+            let draw = |execution, seed| {
+                model.keyframes(node.id, 0, states[0], execution, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap()
+            };
             (draw(Execution::Mean, 0), draw(Execution::Sample, 1), draw(Execution::Sample, 2))
         };
         let executed: Vec<_> = graph.nodes.iter().map(draw).collect();

@@ -88,7 +88,7 @@ fn taught(method: &str, people: u64) -> (f64, f64) {
         let model = named(method).unwrap().teach(&schema(), &originals, 0).unwrap();
         let mut truth = Truth::default();
         originals.iter().for_each(|original| truth.original(original));
-        let score = truth.score(&model.graph()).unwrap();
+        let score = truth.score(&model.graph().unwrap()).unwrap();
         nodes += f64::from(score.nodes) / f64::from(score.skills);
         f1 += score.pairs.f1().unwrap();
     }

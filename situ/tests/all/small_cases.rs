@@ -359,14 +359,14 @@ fn what_is_held_is_turned_with_the_hand() {
     let originals = [0.0, 0.0, 180.0].map(|turned| pour("original", Kind::Original, turned, 70.0));
     let mut model = named("situ").unwrap().teach(&schema(), &originals, 0).unwrap();
     let means_are_those_of_the_plain_grasp = |model: &dyn situ::method::Learned| {
-        let graph = model.graph();
+        let graph = model.graph().unwrap();
         assert_eq!(graph.nodes.len(), 3, "one node for each object");
         let expected = by_reference_object(&originals[0]);
         for node in &graph.nodes {
             let mut rng = ChaCha8Rng::seed_from_u64(0);
             let state = State::new([0.0, 0.0]);
-            let (reference, keyframes) =
-                model.keyframes(node.id, model.ways(node.id, &state)[0], Execution::Mean, &mut rng).unwrap();
+            let way = model.ways(node.id, &state).unwrap()[0];
+            let (reference, keyframes) = model.keyframes(node.id, way, &state, Execution::Mean, &mut rng).unwrap();
             let expected = expected.iter().find(|segment| segment.reference == reference).unwrap();
             assert_eq!(keyframes.len(), expected.keyframes.len());
             for (mean, shown) in keyframes.iter().zip(&expected.keyframes) {
@@ -379,7 +379,7 @@ fn what_is_held_is_turned_with_the_hand() {
     let again = pour("again", Kind::Corrective, 180.0, 70.0);
     model.correct(Correction::after(Place::Start, &again)).unwrap();
     means_are_those_of_the_plain_grasp(&*model);
-    assert!(model.graph().nodes.iter().all(|node| node.segments.len() == 4 && node.paths.len() == 1));
+    assert!(model.graph().unwrap().nodes.iter().all(|node| node.segments.len() == 4 && node.paths.len() == 1));
     // To one who knows no symmetry it is another way of grasping.
     let learner = KeyframeLearner::new(&schema().with_half_turn(None), KeyframeParameters::default());
     let (blind, _) = rebuild(histories(&originals), None, &learner, &MENDED).unwrap();

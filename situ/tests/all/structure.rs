@@ -122,13 +122,13 @@ fn the_planted_tasks() {
                         && structure.pairs.f1() == Some(1.0)
                         && structure.transitions.f1() == Some(1.0)
                 };
-                let before = model.graph();
+                let before = model.graph().unwrap();
                 assert!(perfect(truth.score(&before).unwrap()), "{name}: the originals are careful");
                 let last = correction.last_in(&before);
                 let shown = &correction.demonstration;
                 truth.correction(shown, last, &before);
                 model.correct(Correction { oracle: Some(&oracle), ..Correction::after(last, shown) }).unwrap();
-                let structure = truth.score(&model.graph()).unwrap();
+                let structure = truth.score(&model.graph().unwrap()).unwrap();
                 match name {
                     "oracle_edit" => assert!(perfect(structure), "{planted:?}, {draw}: {structure:?}"),
                     // What was not learned is missed; nothing is wrong that was right.

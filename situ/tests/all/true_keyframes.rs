@@ -65,10 +65,10 @@ fn taught(method: &str, shown: &[Shown], at_contact: Gripper) -> Box<dyn Learned
 
 /// How near the one primitive comes to the contact, metres, and the gripper's command there.
 fn nearest(model: &dyn Learned) -> (f64, Gripper) {
-    let graph = model.graph();
+    let graph = model.graph().unwrap();
     assert_eq!(graph.nodes.len(), 1, "one primitive");
     let mut rng = ChaCha8Rng::seed_from_u64(0);
-    let (_, keyframes) = model.keyframes(graph.nodes[0].id, 0, Execution::Mean, &mut rng).unwrap();
+    let (_, keyframes) = model.keyframes(graph.nodes[0].id, 0, &State::new([0.0]), Execution::Mean, &mut rng).unwrap();
     let all = keyframes.iter().map(|keyframe| (keyframe.pose.translation.vector.norm(), keyframe.gripper));
     all.min_by(|left, right| left.0.total_cmp(&right.0)).unwrap()
 }

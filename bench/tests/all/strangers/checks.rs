@@ -9,6 +9,7 @@ use situ::demonstration::Kind;
 use situ::method::{Method, named};
 use situ_bench::cmd::learn::learn;
 use situ_bench::demonstration_file::{DemonstrationFile, render};
+use situ_bench::external::Methods;
 use situ_bench::ledger::{self, Canonical};
 use situ_bench::plan::{Filter, Plan};
 use situ_bench::protocol::Protocol;
@@ -87,7 +88,7 @@ pub fn protocol(bytes: &[u8]) -> bool {
     };
     assert_eq!(name::mistake(&protocol.name), None);
     assert!(protocol.target > 0.0 && protocol.target <= 1.0 && (0.0..=1.0).contains(&protocol.confidence));
-    match Plan::new(protocol, &Filter::default(), registry(), roster()) {
+    match Plan::new(protocol, &Filter::default(), registry(), roster(), &Methods::builtin()) {
         Ok(plan) if plan.len() <= FEW_RECORDS => assert_eq!(plan.places().len(), plan.len(), "a name each"),
         Ok(_) => {}
         Err(error) => plain(&error.to_string()),
@@ -134,7 +135,7 @@ pub fn demonstration(bytes: &[u8]) -> bool {
     };
     match learning {
         Ok(learning) => {
-            let dot = learning.learned.graph().to_dot("a model");
+            let dot = learning.learned.graph().unwrap().to_dot("a model");
             assert!(!dot.chars().any(|letter| letter.is_control() && letter != '\n'), "{dot:?}");
             learning.learned.to_json();
         }

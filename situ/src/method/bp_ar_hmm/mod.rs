@@ -66,15 +66,15 @@ pub struct BpArHmm {
 }
 
 impl Method for BpArHmm {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         "bp_ar_hmm"
     }
 
-    fn summary(&self) -> &'static str {
+    fn summary(&self) -> &str {
         "full retraining: all recordings segmented by a BP-AR-HMM, a movement primitive a behaviour, nearest-neighbour branches"
     }
 
-    fn source(&self) -> &'static str {
+    fn source(&self) -> &str {
         "Niekum, Osentoski, Konidaris, Chitta, Marthi and Barto 2015 (reconstruction)"
     }
 
@@ -84,7 +84,7 @@ impl Method for BpArHmm {
 
     /// All: everything is built anew, so a correction can add, join and move anything. Another way of doing something
     /// is averaged with what was shown before, or stands beside it. Nothing is ever replaced.
-    fn edits(&self) -> &'static [Edit] {
+    fn edits(&self) -> &[Edit] {
         &Edit::ALL
     }
 
@@ -165,14 +165,15 @@ impl Learned for Task {
         Ok(trace)
     }
 
-    fn next(&self, last: Place, state: &State) -> Option<(Place, f64)> {
-        self.automaton.next(last, state)
+    fn ranked(&self, last: Place, state: &State) -> Result<Vec<(Place, f64)>, SituError> {
+        Ok(self.automaton.next(last, state).into_iter().collect())
     }
 
     fn keyframes(
         &self,
         node: NodeId,
         _: usize,
+        _: &State,
         execution: Execution,
         rng: &mut ChaCha8Rng,
     ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError> {
@@ -180,18 +181,18 @@ impl Learned for Task {
         Ok((skill.reference.clone(), skill.keyframes(execution, rng)))
     }
 
-    fn graph(&self) -> Graph {
+    fn graph(&self) -> Result<Graph, SituError> {
         let node = |(id, node): (u32, &automaton::Node)| GraphNode {
             id: NodeId(id),
             reference: node.skill.reference.clone(),
             segments: node.segments.clone(),
             paths: vec![node.skill.mean_path()],
         };
-        Graph {
+        Ok(Graph {
             nodes: (0..).zip(&self.automaton.nodes).map(node).collect(),
             edges: self.automaton.edges(),
             lengths: self.shown.iter().map(|shown| lengths(&shown.demonstration)).collect(),
-        }
+        })
     }
 
     fn boxed(&self) -> Box<dyn Learned> {

@@ -53,15 +53,15 @@ pub struct Itmcd {
 }
 
 impl Method for Itmcd {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         "itmcd"
     }
 
-    fn summary(&self) -> &'static str {
+    fn summary(&self) -> &str {
         "every edit fitted to all data by EM, the best by AICc folded in"
     }
 
-    fn source(&self) -> &'static str {
+    fn source(&self) -> &str {
         "Gutierrez, Chu, Thomaz and Niekum 2018 (reconstruction)"
     }
 
@@ -69,11 +69,11 @@ impl Method for Itmcd {
         Role::Correct
     }
 
-    fn original(&self) -> &'static str {
+    fn original(&self) -> &str {
         KEYFRAME_AUTOMATON
     }
 
-    fn edits(&self) -> &'static [Edit] {
+    fn edits(&self) -> &[Edit] {
         &Edit::ALL
     }
 

@@ -146,18 +146,19 @@ impl Learned for ItmcdTask {
         Ok(trace)
     }
 
-    fn next(&self, last: Place, state: &State) -> Option<(Place, f64)> {
-        self.model.most_probable_child(last, state)
+    fn ranked(&self, last: Place, state: &State) -> Result<Vec<(Place, f64)>, SituError> {
+        Ok(self.model.ranked_children(last, state))
     }
 
-    fn ranked(&self, last: Place, state: &State) -> Vec<(Place, f64)> {
-        self.model.ranked_children(last, state)
+    fn next(&self, last: Place, state: &State) -> Result<Option<(Place, f64)>, SituError> {
+        Ok(self.model.most_probable_child(last, state))
     }
 
     fn keyframes(
         &self,
         node: NodeId,
         _: usize,
+        _: &State,
         execution: Execution,
         rng: &mut ChaCha8Rng,
     ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError> {
@@ -165,7 +166,7 @@ impl Learned for ItmcdTask {
         Ok((policy.reference().clone(), policy.keyframes(execution, rng)))
     }
 
-    fn graph(&self) -> Graph {
+    fn graph(&self) -> Result<Graph, SituError> {
         let mut graph = Graph::of(&self.model, &self.learner);
         for segment in graph.nodes.iter_mut().flat_map(|node| &mut node.segments) {
             let held = segment.demonstration;
@@ -174,7 +175,7 @@ impl Learned for ItmcdTask {
         for (before, at) in self.refused.iter().enumerate() {
             graph.lengths.insert(*at as usize + before, Vec::new());
         }
-        graph
+        Ok(graph)
     }
 
     fn boxed(&self) -> Box<dyn Learned> {

@@ -80,15 +80,15 @@ pub fn all() -> Vec<Box<dyn Method>> {
 }
 
 impl<R: Refine> Method for RefinementMethod<R> {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         self.name
     }
 
-    fn summary(&self) -> &'static str {
+    fn summary(&self) -> &str {
         self.summary
     }
 
-    fn source(&self) -> &'static str {
+    fn source(&self) -> &str {
         self.source
     }
 
@@ -96,11 +96,11 @@ impl<R: Refine> Method for RefinementMethod<R> {
         Role::Correct
     }
 
-    fn original(&self) -> &'static str {
+    fn original(&self) -> &str {
         KEYFRAME_AUTOMATON
     }
 
-    fn edits(&self) -> &'static [Edit] {
+    fn edits(&self) -> &[Edit] {
         &[Edit::NodeModification, Edit::None]
     }
 

@@ -97,18 +97,19 @@ impl<R: Refine> Learned for RefinedTask<R> {
         Ok(trace)
     }
 
-    fn next(&self, last: Place, state: &State) -> Option<(Place, f64)> {
-        self.model.most_probable_child(last, state)
+    fn ranked(&self, last: Place, state: &State) -> Result<Vec<(Place, f64)>, SituError> {
+        Ok(self.model.ranked_children(last, state))
     }
 
-    fn ranked(&self, last: Place, state: &State) -> Vec<(Place, f64)> {
-        self.model.ranked_children(last, state)
+    fn next(&self, last: Place, state: &State) -> Result<Option<(Place, f64)>, SituError> {
+        Ok(self.model.most_probable_child(last, state))
     }
 
     fn keyframes(
         &self,
         node: NodeId,
         _: usize,
+        _: &State,
         execution: Execution,
         rng: &mut ChaCha8Rng,
     ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError> {
@@ -126,7 +127,7 @@ impl<R: Refine> Learned for RefinedTask<R> {
         Ok((reference, self.refine.keyframes(&corrected.primitive).into_iter().map(&mut execute).collect()))
     }
 
-    fn graph(&self) -> Graph {
+    fn graph(&self) -> Result<Graph, SituError> {
         let mut graph = Graph::of(&self.model, &self.learner);
         graph.lengths.extend(self.corrections.iter().cloned());
         let parameters = self.learner.parameters();
@@ -137,7 +138,7 @@ impl<R: Refine> Learned for RefinedTask<R> {
             node.paths = vec![resample(&means, parameters.signature_points, parameters.metres_per_radian)];
             node.segments.extend(&corrected.segments);
         }
-        graph
+        Ok(graph)
     }
 
     fn boxed(&self) -> Box<dyn Learned> {

@@ -35,7 +35,7 @@ fn chosen(task: &ItmcdTask) -> Option<Edit> {
 /// The original model, and the place that ran last after so many skills of the task.
 fn taught(originals: &[Demonstration], done: usize, parameters: ItmcdParameters) -> Option<(ItmcdTask, Place)> {
     let task = learned(originals, parameters);
-    let graph = task.graph();
+    let graph = task.graph().unwrap();
     let holders = graph.holders();
     let place = |index: usize| holders[&SegmentId { demonstration: 0, index: index as u32 }].id;
     let last = done.checked_sub(1).map_or(Place::Start, |index| Place::Node(place(index)));
@@ -121,7 +121,7 @@ fn what_is_too_large_for_the_data_is_refused_and_said() {
     let segments = 1 + keyframes.windows(2).filter(|pair| pair[0].reference != pair[1].reference).count();
     let long = Demonstration::new("long", Kind::Corrective, &schema(), keyframes, more[7].final_state().clone(), true);
     assert_eq!(task.correct(Correction::after(Place::Start, &long.unwrap())).unwrap().steps.len(), segments);
-    let graph = task.graph();
+    let graph = task.graph().unwrap();
     let shown: BTreeSet<u32> = graph.holders().keys().map(|segment| segment.demonstration).collect();
     assert_eq!(shown, BTreeSet::from([0, 2]));
 }
@@ -157,7 +157,7 @@ fn two_new_skills_are_two_nodes() {
         task.rounds().iter().map(|round| round.chosen.unwrap().edit()).collect::<Vec<_>>(),
         [Edit::NodeAddition; 2]
     );
-    let graph = task.graph();
+    let graph = task.graph().unwrap();
     let [first, second] = [&trace.steps[0], &trace.steps[1]].map(|step| Place::Node(step.node));
     assert_eq!(graph.nodes.len(), 6);
     for edge in [(last, first), (first, second), (second, Place::End)] {
@@ -212,20 +212,22 @@ fn odd_corrections_are_folded_in_or_refused() {
             let mut edits = Vec::new();
             for (draw, object) in ["bin-0", "nowhere", "nowhere", "block-1"].into_iter().enumerate() {
                 for (at, ends) in [(0.0, false), (1e3, true), (0.0, true)] {
-                    let before = task.graph();
+                    let before = task.graph().unwrap();
                     let ids: Vec<Place> = before.nodes.iter().map(|node| Place::Node(node.id)).collect();
                     let last = if draw % 2 == 0 { Place::Start } else { ids[draw % ids.len()] };
                     let (shown, state) = (vec![keyframe(object, at)], State::new([at.min(3.0); 9]));
                     let shown = Demonstration::new("odd", Kind::Corrective, &schema(), shown, state, ends).unwrap();
                     let trace = task.correct(Correction::after(last, &shown)).unwrap();
                     assert!(trace.steps.len() <= 1 && trace.counters.em_iterations > 0, "{trace:?}");
-                    edits.push(difference(&before, &task.graph()).edit());
+                    edits.push(difference(&before, &task.graph().unwrap()).edit());
                 }
             }
             assert_eq!(edits, expected, "{count} originals");
             let mut rng = ChaCha8Rng::seed_from_u64(0);
-            for node in &task.graph().nodes {
-                assert!(!task.keyframes(node.id, 0, Execution::Sample, &mut rng).unwrap().1.is_empty());
+            for node in &task.graph().unwrap().nodes {
+                assert!(
+                    !task.keyframes(node.id, 0, &State::new([0.0]), Execution::Sample, &mut rng).unwrap().1.is_empty()
+                );
             }
             task.to_json()
         };

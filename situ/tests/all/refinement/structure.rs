@@ -14,6 +14,7 @@ use situ::method::refinement::attribution::Attribution;
 use situ::method::{Learned, Method, named, refinement};
 use situ::place::{Place, SegmentId};
 use situ::segmentation::by_reference_object;
+use situ::state::State;
 
 use crate::common::{CAREFUL, Correction as Shown, Planted, Task};
 
@@ -22,9 +23,10 @@ const DRAWS: u64 = 3;
 
 /// What each primitive does; a refined primitive does one thing, whatever the state.
 fn executed(model: &dyn Learned) -> Vec<String> {
-    let graph = model.graph();
+    let graph = model.graph().unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(0);
-    let execute = |node: &GraphNode| format!("{:?}", model.keyframes(node.id, 0, Execution::Mean, &mut rng));
+    let execute =
+        |node: &GraphNode| format!("{:?}", model.keyframes(node.id, 0, &State::new([]), Execution::Mean, &mut rng));
     graph.nodes.iter().map(execute).collect()
 }
 
@@ -36,16 +38,16 @@ fn cells(method: &dyn Method) -> BTreeMap<Edit, BTreeMap<Edit, usize>> {
         let originals = task.originals(3, CAREFUL);
         let taught = method.teach(&task.schema, &originals, seed).unwrap();
         let situ = named("situ").unwrap().teach(&task.schema, &originals, seed).unwrap();
-        assert_eq!(taught.graph(), situ.graph(), "{name}: the original model is every method's");
+        assert_eq!(taught.graph().unwrap(), situ.graph().unwrap(), "{name}: the original model is every method's");
         assert_eq!(executed(&*taught), executed(&*situ), "{name}: and does what the original policy does");
         for planted in Planted::ALL {
             for draw in 0..DRAWS {
                 let mut model = taught.boxed();
                 let correction = task.correction(planted, draw, CAREFUL, draw == 0);
-                let before = model.graph();
+                let before = model.graph().unwrap();
                 let last = correction.last_in(&before);
                 let trace = model.correct(Correction::after(last, &correction.demonstration)).unwrap();
-                let after = model.graph();
+                let after = model.graph().unwrap();
                 assert_eq!(after.edges, before.edges, "{name}: edges");
                 let mut learnt: Vec<SegmentId> = Vec::new();
                 for (before, after) in before.nodes.iter().zip(&after.nodes) {
@@ -91,16 +93,16 @@ fn what_is_about_no_primitive_is_ignored() {
         let mut model = method.teach(&task.schema, &task.originals(3, CAREFUL), 0).unwrap();
         let before = executed(&*model);
         let correction = task.correction(Planted::NewEdge, 0, CAREFUL, false);
-        let last = correction.last_in(&model.graph());
+        let last = correction.last_in(&model.graph().unwrap());
         let trace = model.correct(Correction::after(last, &correction.demonstration)).unwrap();
         assert_eq!(trace.counters.nodes_touched, 0, "{}", method.name());
         assert_eq!(executed(&*model), before, "{}", method.name());
         // The next correction is the second one. Its segments are numbered after those of the ignored correction.
         let correction = task.correction(Planted::Modified, 0, CAREFUL, false);
-        let last = correction.last_in(&model.graph());
+        let last = correction.last_in(&model.graph().unwrap());
         model.correct(Correction::after(last, &correction.demonstration)).unwrap();
         let second = SegmentId { demonstration: 4, index: 0 };
-        assert!(model.graph().holders().contains_key(&second), "{}", method.name());
+        assert!(model.graph().unwrap().holders().contains_key(&second), "{}", method.name());
     }
 }
 
@@ -114,12 +116,14 @@ fn a_corrected_primitive_is_sampled_about_its_mean() {
         let task = Task::new(1, 5, 3);
         let mut model = method.teach(&task.schema, &task.originals(3, CAREFUL), 0).unwrap();
         let correction = task.correction(Planted::Modified, 0, CAREFUL, false);
-        let last = correction.last_in(&model.graph());
+        let last = correction.last_in(&model.graph().unwrap());
         model.correct(Correction::after(last, &correction.demonstration)).unwrap();
-        let graph = model.graph();
+        let graph = model.graph().unwrap();
         let node = graph.holders()[&SegmentId { demonstration: 3, index: 0 }].id;
+        let state = correction.demonstration.final_state();
         let execute = |execution, seed| {
-            let (_, keyframes) = model.keyframes(node, 0, execution, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap();
+            let (_, keyframes) =
+                model.keyframes(node, 0, state, execution, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap();
             keyframes.iter().map(|keyframe| keyframe.pose.translation.vector).collect::<Vec<_>>()
         };
         let mean = execute(Execution::Mean, 0);
@@ -141,7 +145,7 @@ fn a_correction_is_about_what_was_interrupted_and_what_follows() {
         let name = method.name();
         let task = Task::new(1, 5, 3);
         let taught = method.teach(&task.schema, &task.originals(3, CAREFUL), 0).unwrap();
-        let graph = taught.graph();
+        let graph = taught.graph().unwrap();
         let length = |correction: &Shown| {
             let keyframes = correction.demonstration.keyframes();
             keyframes.chunk_by(|left, right| left.reference == right.reference).count() as u32
@@ -153,7 +157,7 @@ fn a_correction_is_about_what_was_interrupted_and_what_follows() {
             let mut model = taught.boxed();
             let demonstration = &correction.demonstration;
             model.correct(Correction { interrupted, ..Correction::after(last, demonstration) }).unwrap();
-            let graph = model.graph();
+            let graph = model.graph().unwrap();
             let holders = graph.holders();
             let held = |index| holders.get(&SegmentId { demonstration: 3, index }).map(|node| node.id);
             (0..segments).map(held).collect::<Vec<_>>()

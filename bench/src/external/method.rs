@@ -1,0 +1,165 @@
+//! An external method: known by its answer to `hello`, and asked through its pool of processes.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use serde_json::json;
+use situ::demonstration::Demonstration;
+use situ::edit::Edit;
+use situ::error::SituError;
+use situ::method::{Learned, Method, Original, Role};
+use situ::segmentation::lengths;
+use situ::state::{Feature, Schema};
+use situ_tasks::name::shown;
+
+use super::answers::{Hello, Taught, read};
+use super::file::Described;
+use super::interrupt::Interrupt;
+use super::model::ExternalModel;
+use super::pool::{Pool, question};
+use super::process::Fault;
+use super::told::{Shown, Told};
+use crate::demonstration_file::shown_keys;
+use crate::error::BenchError;
+
+/// Bits of a seed that a program is given. Every language can hold such a number.
+const SEED_BITS: u32 = 53;
+
+/// The method. Copies share their processes.
+#[derive(Clone)]
+pub struct External(Arc<Inner>);
+
+struct Inner {
+    hello: Hello,
+    original: String,
+    pool: Pool,
+}
+
+impl External {
+    /// Starts a process of a method, and asks what it is.
+    ///
+    /// # Errors
+    /// [`BenchError::Argument`] where it does not say so: with its file and line.
+    pub(super) fn start(described: Described, interrupt: &Interrupt) -> Result<Self, BenchError> {
+        let (place, name) = (described.place.clone(), described.name.clone());
+        let refuse = |problem: &str| BenchError::Argument(format!("{place}`{name}`: {problem}"));
+        let pool = Pool::new(described, interrupt.clone());
+        let answer = pool.hello().map_err(|fault| match fault {
+            Fault::Refused(why) => refuse(&format!("it refuses `hello`: {why}")),
+            Fault::Broken(problem) => refuse(&problem),
+        })?;
+        let hello: Hello = read("hello", answer).map_err(|problem| refuse(&problem))?;
+        if hello.name.as_ref().is_some_and(|own| *own != name) {
+            let own = shown(hello.name.as_deref().unwrap_or_default());
+            return Err(refuse(&format!("it says that it is `{own}`: expected the name in the file")));
+        }
+        if [&hello.summary, &hello.source].iter().any(|text| text.trim().is_empty()) {
+            return Err(refuse("the answer to `hello`: expected a summary and a source, a sentence each"));
+        }
+        let original = hello.original.clone().unwrap_or_else(|| name.clone());
+        Ok(Self(Arc::new(Inner { hello, original, pool })))
+    }
+
+    pub(super) fn pool(&self) -> &Pool {
+        &self.0.pool
+    }
+
+    /// From now on the standard error of its processes goes to a file of its name in this folder.
+    pub(super) fn log_into(&self, folder: &Path) {
+        self.pool().log.write_into(folder);
+    }
+
+    /// A hash of what is known of the program.
+    pub(super) fn hash(&self) -> String {
+        self.pool().described.hash()
+    }
+
+    /// Whether it says that it can make an edit.
+    pub(super) fn can(&self, edit: Edit) -> bool {
+        self.0.hello.edits.contains(&edit)
+    }
+
+    /// The error of a question that has no answer.
+    pub(super) fn failed(&self, fault: Fault) -> SituError {
+        let (Fault::Refused(problem) | Fault::Broken(problem)) = fault;
+        SituError::Outside { method: self.name().to_owned(), problem }
+    }
+}
+
+impl Method for External {
+    fn name(&self) -> &str {
+        &self.pool().described.name
+    }
+
+    fn summary(&self) -> &str {
+        &self.0.hello.summary
+    }
+
+    fn source(&self) -> &str {
+        &self.0.hello.source
+    }
+
+    fn role(&self) -> Role {
+        self.0.hello.role
+    }
+
+    fn original(&self) -> &str {
+        &self.0.original
+    }
+
+    fn edits(&self) -> &[Edit] {
+        &self.0.hello.edits
+    }
+
+    fn learn_original(
+        &self,
+        schema: &Schema,
+        demonstrations: &[Demonstration],
+        seed: u64,
+    ) -> Result<Original, SituError> {
+        if demonstrations.is_empty() {
+            return Err(SituError::NoDemonstration);
+        }
+        demonstrations.iter().try_for_each(|demonstration| demonstration.check_features(schema.len()))?;
+        let question = question(json!({
+            "do": "teach",
+            "schema": schema,
+            "half_turn": schema.half_turn(),
+            "demonstrations": demonstrations.iter().map(|shown| shown_keys(shown, schema)).collect::<Vec<_>>(),
+            "seed": seed >> (u64::BITS - SEED_BITS),
+        }));
+        let told = self.pool().made(&question).and_then(|(answer, mark)| {
+            let Taught { segments } = read("teach", answer).map_err(Fault::Broken)?;
+            let own = segments.unwrap_or_else(|| demonstrations.iter().map(lengths).collect());
+            if own.len() != demonstrations.len() {
+                let problem = format!("segments of {} demonstrations: expected {}", own.len(), demonstrations.len());
+                return Err(Fault::Broken(format!("the answer to `teach`: {problem}")));
+            }
+            let shown = demonstrations.iter().zip(own).map(|(shown, lengths)| Shown::cut(shown, lengths));
+            let told = Told::new(None, question, shown.collect::<Result<_, _>>().map_err(Fault::Broken)?);
+            mark.holds(&told);
+            Ok(told)
+        });
+        let told = told.map_err(|fault| self.failed(fault))?;
+        Ok(Original::of(ExternalModel::new(self.clone(), schema, told, Vec::new())))
+    }
+
+    /// A model of its own is shared; one of another program that has the same original is told again.
+    fn take_over(&self, original: &Original) -> Result<Box<dyn Learned>, SituError> {
+        let learned = original.own(self.name())?;
+        if self.original() == self.name() {
+            return Ok(learned);
+        }
+        let expected = || SituError::OtherOriginal {
+            method: self.name().to_owned(),
+            expected: format!("`{}`, as an external method has it", self.original()),
+        };
+        let json = learned.to_json();
+        let told = Told::from_json(&json).ok_or_else(expected)?;
+        let features: Vec<Feature> = serde_json::from_value(json["schema"].clone()).map_err(|_| expected())?;
+        let half_turn = serde_json::from_value(json["half_turn"].clone()).map_err(|_| expected())?;
+        let names = serde_json::from_value(json["names"].clone()).map_err(|_| expected())?;
+        let schema = Schema::new(features)?.with_half_turn(half_turn);
+        Ok(Box::new(ExternalModel::new(self.clone(), &schema, told, names)))
+    }
+}
