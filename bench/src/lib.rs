@@ -8,7 +8,8 @@
 //! the [`tables`] are projections of those. The [`manifest`] beside a ledger says what made it. What updates cost is
 //! measured on [`synthetic`] automata ([`cost`]) and held against baselines by the [`gate`].
 //!
-//! How to add a method, a task, a teacher or a table: [`extending`]. A task from nothing, step by step: [`tutorial`].
+//! How to add a method, a task, a teacher or a table: [`extending`]; a method in another language: [`methods_page`],
+//! [`external`]. A task from nothing, step by step: [`tutorial`].
 
 pub mod archive;
 pub mod calibration;
@@ -41,6 +42,8 @@ pub mod lock;
 pub mod machine;
 pub mod manifest;
 pub mod memo;
+#[doc = include_str!("../docs/methods.md")]
+pub mod methods_page {}
 pub mod pictures;
 pub mod plan;
 pub mod program;
