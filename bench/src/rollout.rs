@@ -9,7 +9,7 @@ use situ::method::Learned;
 use situ::place::{NodeId, Place};
 use situ::segment::RelativeKeyframe;
 use situ::trail::{StepEnd, TrailStep};
-use situ_sim::{GripperCommand, MAX_OPENING, MotionEnd};
+use situ_sim::{GripperCommand, MAX_OPENING, MotionEnd, World};
 use situ_tasks::{Episode, Moment};
 use situ_teachers::convert::{gripper_command, observe};
 
@@ -18,6 +18,7 @@ use crate::ended::Ended;
 use crate::error::BenchError;
 use crate::executor::{Executor, Follows, Pursuit};
 use crate::memo::{Action, Cursor, Performed};
+use crate::observer::Observer;
 
 /// A rollout is stopped after so many primitives: more than twice as many as the longest task needs.
 const MOST_PRIMITIVES: usize = 40;
@@ -98,7 +99,7 @@ pub struct Rollout {
     pub choices: Vec<Choice>,
 }
 
-/// Executes the model from where the episode stands, as if nothing had run before.
+/// Executes the model from where the episode stands, as if nothing had run before. The observer sees it.
 ///
 /// # Errors
 /// Where the model names a node that it does not hold, which is a fault of the method.
@@ -107,6 +108,7 @@ pub fn rollout(
     cursor: &mut Cursor<'_>,
     execute: Execute,
     rng: &mut ChaCha8Rng,
+    observer: &mut dyn Observer,
 ) -> Result<Rollout, BenchError> {
     let mut pursuit = Pursuit::new(execute.executor, execute.confidence);
     let mut interrupted = None;
@@ -119,7 +121,9 @@ pub fn rollout(
             break Ended::NoConfidentChild;
         };
         check_probability(pursuit.last(), probability)?;
-        choices.push(Choice { last: pursuit.last(), child: place, probability, due: due(cursor.episode()) });
+        let choice = Choice { last: pursuit.last(), child: place, probability, due: due(cursor.episode()) };
+        observer.chose(&choice);
+        choices.push(choice);
         if probability < execute.confidence {
             break Ended::NoConfidentChild;
         }
@@ -139,7 +143,8 @@ pub fn rollout(
         primitives += 1;
         pursuit.begins(node, way);
         let action = Action { reference: reference.clone(), keyframes, patience: watch.patience() };
-        let performed = cursor.perform(action, |episode, action| perform(episode, watch, action, &frame));
+        let performed =
+            cursor.perform(action, |episode, action| perform(episode, (watch, &mut *observer), action, &frame));
         watch.missed += performed.missed;
         once |= cursor.episode().succeeded();
         let end = if performed.ended.is_some() { StepEnd::Interrupted } else { StepEnd::Finished };
@@ -206,22 +211,28 @@ fn due(episode: &Episode) -> Due {
 }
 
 /// Performs one primitive.
-fn perform(episode: &mut Episode, watch: Watch, action: &Action, frame: &Pose) -> Performed {
-    let mut guards = Guards { watch, met: false };
+fn perform(
+    episode: &mut Episode,
+    (watch, observer): (Watch, &mut dyn Observer),
+    action: &Action,
+    frame: &Pose,
+) -> Performed {
+    let mut guards = Guards { watch, met: false, observer };
     let ended = go_through(episode, &mut guards, &action.reference, frame, &action.keyframes);
     Performed { ended, guarded: guards.met, missed: guards.watch.missed - watch.missed }
 }
 
-/// A watch over the motions of a primitive, and whether the guard has stopped one of them.
-struct Guards {
+/// A watch over the motions of a primitive, whether the guard has stopped one of them, and who sees them.
+struct Guards<'a> {
     watch: Watch,
     met: bool,
+    observer: &'a mut dyn Observer,
 }
 
 /// Goes through the keyframes of a primitive. Returns why it was not performed to its end, if it was not.
 fn go_through(
     episode: &mut Episode,
-    guards: &mut Guards,
+    guards: &mut Guards<'_>,
     reference: &str,
     frame: &Pose,
     keyframes: &[RelativeKeyframe],
@@ -229,7 +240,9 @@ fn go_through(
     for (index, keyframe) in keyframes.iter().enumerate() {
         let command = gripper_command(keyframe.gripper, MAX_OPENING);
         let gripper = (!same(command, episode.world().gripper())).then_some(command);
-        let end = episode.perform(&(frame * keyframe.pose), gripper, keyframe.hold, &mut |_| {});
+        guards.observer.sets_off(reference, index, keyframes.len());
+        let observer = &mut |world: &World| guards.observer.step(world);
+        let end = episode.perform(&(frame * keyframe.pose), gripper, keyframe.hold, observer);
         if !episode.is_sound() {
             return Some(Ended::Spoilt);
         }
