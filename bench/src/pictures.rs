@@ -49,17 +49,28 @@ pub struct Look {
     view: View,
     size: PixelSize,
     band: Option<Band>,
+    is_plain: bool,
 }
 
 impl Look {
-    /// Pictures of this size, from the viewpoint from which most is seen of these things. Where no things are named,
-    /// from the front. With captions, where there is room for them.
-    pub fn at(tracks: &[&Track], things: &[&str], size: PixelSize, with_captions: bool) -> Self {
-        let band = Band::of(size).filter(|_| with_captions);
+    /// Pictures of this size, from the viewpoint from which most is seen of these things, with captions where there is
+    /// room for them.
+    pub fn clearest(tracks: &[&Track], things: &[&str], size: PixelSize) -> Self {
+        let band = Band::of(size);
         let height = size[1] - band.map_or(0, Band::height);
-        let aspect = f64::from(size[0]) / f64::from(height);
-        let view = if things.is_empty() { View::front(tracks, aspect) } else { View::clearest(tracks, things, aspect) };
-        Self { view, size, band }
+        let view = View::clearest(tracks, things, f64::from(size[0]) / f64::from(height));
+        Self { view, size, band, is_plain: false }
+    }
+
+    /// Pictures of this size from the front, without captions.
+    pub fn plain(track: &Track, size: PixelSize) -> Self {
+        let view = View::front(&[track], f64::from(size[0]) / f64::from(size[1]));
+        Self { view, size, band: None, is_plain: true }
+    }
+
+    /// Whether it is from the front and without captions, wherever that hides something.
+    pub fn is_plain(&self) -> bool {
+        self.is_plain
     }
 
     /// The name of the viewpoint.

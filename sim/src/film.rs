@@ -6,6 +6,7 @@
 mod palette;
 
 use gif::{DisposalMethod, Frame, Repeat};
+use png::BlendOp;
 
 use crate::error::SimError;
 use crate::film::palette::{Palette, UNCHANGED};
@@ -98,26 +99,50 @@ impl Film {
         self.shots.first().ok_or_else(|| SimError::Picture { reason: "the film has no picture".to_owned() })
     }
 
-    /// The bytes of the film as animated PNG.
+    /// The bytes of the film as animated PNG. Each frame is the rectangle that changes, with all its pixels.
     ///
     /// # Errors
     /// There is no picture, or they are empty.
     pub fn png(&self) -> Result<Vec<u8>, SimError> {
+        self.animated(png::ColorType::Rgb, BlendOp::Source, |shot| shot.patch.rgb.clone())
+    }
+
+    /// The same film as animated PNG, in which the pixels that stay as they were are left out: they are transparent. It
+    /// looks alike, and takes a part of the bytes.
+    ///
+    /// # Errors
+    /// As [`Film::png`].
+    pub fn sparse_png(&self) -> Result<Vec<u8>, SimError> {
+        self.animated(png::ColorType::Rgba, BlendOp::Over, |shot| {
+            let pixels = shot.patch.rgb.chunks_exact(3).zip(&shot.changed);
+            pixels.flat_map(|(p, changed)| if *changed { [p[0], p[1], p[2], u8::MAX] } else { [0; 4] }).collect()
+        })
+    }
+
+    /// The bytes of the film as animated PNG, whose frames hold these pixels.
+    fn animated(
+        &self,
+        color: png::ColorType,
+        blend: BlendOp,
+        pixels: impl Fn(&Shot) -> Vec<u8>,
+    ) -> Result<Vec<u8>, SimError> {
         let first = self.first()?;
         let [above, below] = self.lasts;
         let mut bytes = Vec::new();
         let mut encode = || -> Result<(), png::EncodingError> {
             let mut encoder = encoder(&mut bytes, first.patch.width, first.patch.height);
+            encoder.set_color(color);
             encoder.set_animated(self.shots.len() as u32, 0)?;
             encoder.set_frame_delay(first.times * above, below)?;
             let mut writer = encoder.write_header()?;
-            writer.write_image_data(&first.patch.rgb)?;
-            for Shot { left, top, patch, times, .. } in &self.shots[1..] {
+            writer.write_image_data(&pixels(first))?;
+            for shot in &self.shots[1..] {
                 writer.reset_frame_position()?;
-                writer.set_frame_dimension(patch.width, patch.height)?;
-                writer.set_frame_position(*left, *top)?;
-                writer.set_frame_delay(*times * above, below)?;
-                writer.write_image_data(&patch.rgb)?;
+                writer.set_frame_dimension(shot.patch.width, shot.patch.height)?;
+                writer.set_frame_position(shot.left, shot.top)?;
+                writer.set_frame_delay(shot.times * above, below)?;
+                writer.set_blend_op(blend)?;
+                writer.write_image_data(&pixels(shot))?;
             }
             writer.finish()
         };

@@ -169,9 +169,9 @@ impl Show {
     fn look(&self, pieces: &[Piece<'_>], setting: &Setting) -> Vec<Look> {
         let tracks: Vec<&Track> = pieces.iter().map(|piece| &piece.performance.track).collect();
         if self.plain {
-            return tracks.into_iter().map(|track| Look::at(&[track], &[], self.size(), false)).collect();
+            return tracks.into_iter().map(|track| Look::plain(track, self.size())).collect();
         }
-        vec![Look::at(&tracks, &view::things(setting), self.size(), true); pieces.len()]
+        vec![Look::clearest(&tracks, &view::things(setting), self.size()); pieces.len()]
     }
 
     /// Films the pieces. `begin` puts first what comes before them.

@@ -84,7 +84,7 @@ fn decoded(bytes: &[u8]) -> (png::Reader<std::io::Cursor<Vec<u8>>>, Vec<u8>) {
     (reader, room)
 }
 
-/// Puts each frame of a film in its place. Returns what is then seen, and for how long.
+/// Puts each frame of a film in its place, where it is not transparent. Returns what is then seen, and for how long.
 fn shown(bytes: &[u8]) -> Vec<(Image, u16)> {
     let (mut reader, mut pixels) = decoded(bytes);
     let mut image = Image::plain(reader.info().width, reader.info().height, [0; 3]);
@@ -92,10 +92,14 @@ fn shown(bytes: &[u8]) -> Vec<(Image, u16)> {
     let frame = |_| {
         reader.next_frame(&mut pixels).unwrap();
         let control = *reader.info().frame_control().unwrap();
-        let row = 3 * control.width as usize;
-        for (y, from) in (control.y_offset..).zip(pixels.chunks(row).take(control.height as usize)) {
-            let to = 3 * (y * image.width + control.x_offset) as usize;
-            image.rgb[to..to + row].copy_from_slice(from);
+        let samples = reader.info().color_type.samples();
+        let count = (control.width * control.height) as usize;
+        for (place, pixel) in (0..).zip(pixels.chunks_exact(samples).take(count)) {
+            let (x, y) = (control.x_offset + place % control.width, control.y_offset + place / control.width);
+            if pixel.get(3) != Some(&0) {
+                let at = 3 * (y * image.width + x) as usize;
+                image.rgb[at..at + 3].copy_from_slice(&pixel[..3]);
+            }
         }
         (image.clone(), control.delay_num)
     };
@@ -119,6 +123,8 @@ fn a_film_shows_its_pictures() {
         [(0, 1), (1, 3), (2, 1), (0, 49)].map(|(index, times): (usize, u16)| (pictures[index].clone(), times));
     assert_eq!(film.frames(), expected.len());
     assert_eq!(shown(&film.png().unwrap()), expected);
+    let sparse = film.sparse_png().unwrap();
+    assert_eq!(shown(&sparse), expected);
     assert!((film.seconds() - 54.0 / 24.0).abs() < 1e-12);
 }
 

@@ -51,14 +51,15 @@ impl Album {
         Ok(())
     }
 
-    fn add_film(&mut self, what: &str, film: &Film, about: &str) -> Result<(), BenchError> {
+    fn add_film(&mut self, what: &str, film: &Film, about: &str, is_plain: bool) -> Result<(), BenchError> {
         let ([width, height], frames, seconds) = (self.size, film.frames(), film.seconds());
         let about = |kind: &str| {
             format!(
                 "{width} × {height}, {about}: {kind} of {frames} frames and {seconds:.1} s, {FILM_SPEED} times as fast"
             )
         };
-        self.add(&format!("{what}.png"), film.png()?, &about("an animated PNG"));
+        let png = if is_plain { film.png()? } else { film.sparse_png()? };
+        self.add(&format!("{what}.png"), png, &about("an animated PNG"));
         self.add(&format!("{what}.gif"), film.gif()?, &about("a GIF"));
         Ok(())
     }
@@ -70,7 +71,7 @@ impl Album {
         if !stills.is_empty() {
             self.add_image(&piece.strip, &strip, &piece.moments)?;
         }
-        self.add_film(&piece.film, &film, &piece.about)?;
+        self.add_film(&piece.film, &film, &piece.about, look.is_plain())?;
         self.said.push(piece.said.clone());
         Ok(())
     }
