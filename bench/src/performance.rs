@@ -14,7 +14,7 @@ use crate::caption::{Caption, Captions};
 use crate::ended::Ended;
 use crate::error::BenchError;
 use crate::observer::Observer;
-use crate::rerun::TaskModel;
+use crate::rerun::NamedModel;
 use crate::rollout::Rollout;
 use crate::track::Track;
 
@@ -38,6 +38,11 @@ pub struct Performance<'a> {
 /// How a teacher's performance ended, in a caption.
 fn end(is_goal: bool) -> Caption {
     Caption { what: "end".to_owned(), detail: reached(is_goal).to_owned(), reached: Some(is_goal) }
+}
+
+/// How a correction ended that the teacher did not carry on to the goal: what changed has been shown.
+fn handed_over() -> Caption {
+    Caption { what: "end".to_owned(), detail: "the robot can go on".to_owned(), reached: None }
 }
 
 fn reached(is_goal: bool) -> &'static str {
@@ -71,7 +76,8 @@ impl<'a> Performance<'a> {
             }
             from += group.len();
         }
-        captions.end(track.len(), end(is_goal));
+        let is_done = shown.demonstration.as_ref().is_none_or(|given| given.carried_to_end());
+        captions.end(track.len(), if is_done { end(is_goal) } else { handed_over() });
         Self { moments: rests, start, track, captions, again }
     }
 
@@ -85,9 +91,10 @@ impl<'a> Performance<'a> {
     /// A rollout of a task model, as its recorder saw it.
     pub fn rolled_out(start: Episode, recorder: RolloutRecorder<'_>, rollout: &Rollout, again: Again<'a>) -> Self {
         let RolloutRecorder { track, mut captions, mut moments, model, .. } = recorder;
+        let at = rollout.interrupted.map(|node| format!(" at {}", model.name(Place::Node(node))));
         let what = match &rollout.ended {
             Ended::End => "end".to_owned(),
-            other => format!("stopped: {other}"),
+            other => format!("stopped: {other}{}", at.unwrap_or_default()),
         };
         let chosen = rollout.choices.last().filter(|_| matches!(rollout.ended, Ended::End | Ended::NoConfidentChild));
         let choice = chosen.map_or(String::new(), |choice| match choice.child {
@@ -129,7 +136,7 @@ fn probability(choice: &Choice) -> String {
 
 /// Sees a rollout for the first time.
 pub struct RolloutRecorder<'m> {
-    model: &'m TaskModel,
+    model: &'m NamedModel,
     track: Track,
     captions: Captions,
     moments: Vec<usize>,
@@ -138,7 +145,7 @@ pub struct RolloutRecorder<'m> {
 
 impl<'m> RolloutRecorder<'m> {
     /// A recorder of a rollout of this model that begins here.
-    pub fn new(model: &'m TaskModel, start: &Episode, title: &str) -> Self {
+    pub fn new(model: &'m NamedModel, start: &Episode, title: &str) -> Self {
         let (track, captions) = (Track::new(start), Captions::new(title));
         Self { model, track, captions, moments: Vec::new(), choice: None }
     }

@@ -255,6 +255,18 @@ mod tests {
         }
     }
 
+    /// A long performance, of which there are fewer pictures a second, used to run faster than was said.
+    #[test]
+    fn a_film_keeps_the_time_whatever_its_rate() {
+        assert_eq!(lasts(30, 240), [1, 24]);
+        for every in 30..400 {
+            let [above, below] = lasts(every, 240);
+            let seconds = f64::from(above) / f64::from(below);
+            assert!((seconds - every as f64 / 240.0 / f64::from(FILM_SPEED)).abs() < 1e-12);
+            assert!((2..=above).all(|factor| above % factor > 0 || below % factor > 0), "{above}/{below}");
+        }
+    }
+
     #[test]
     fn a_strip_wraps_into_rows_of_one_length() {
         let size = |count: usize, width: u32| {

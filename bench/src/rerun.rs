@@ -45,15 +45,15 @@ pub struct Rerun<'a> {
     pub progress: &'a dyn Progress,
 }
 
-/// A task model at a moment of a run.
-pub struct TaskModel {
+/// A task model at a moment of a run, with names for its primitives.
+pub struct NamedModel {
     /// The model.
     pub learned: Box<dyn Learned>,
     /// What each of its primitives is called.
     names: BTreeMap<NodeId, String>,
 }
 
-impl TaskModel {
+impl NamedModel {
     fn of(model: &dyn Learned, lesson: &Lesson) -> Self {
         let graph = model.graph();
         let skills = lesson.skills(&graph);
@@ -89,11 +89,11 @@ pub struct Story {
     /// The record, as the ledger has it.
     pub record: RunRecord,
     /// The model of the original task, on which nothing was corrected.
-    pub before: TaskModel,
+    pub before: NamedModel,
     /// The corrections, in order.
     pub corrections: Vec<GivenCorrection>,
     /// The model after them.
-    pub after: TaskModel,
+    pub after: NamedModel,
     /// The rollouts that failed before, of those by which it was decided to correct the robot.
     pub failures: Vec<u32>,
     /// How many of those there were.
@@ -105,15 +105,15 @@ pub struct Story {
 /// What a witness keeps, and who is told how the run goes on.
 struct Kept<'a> {
     progress: &'a dyn Progress,
-    before: Option<(TaskModel, Evaluation)>,
+    before: Option<(NamedModel, Evaluation)>,
     corrections: Vec<GivenCorrection>,
-    after: Option<TaskModel>,
+    after: Option<NamedModel>,
 }
 
 impl Witness for Kept<'_> {
     fn begins(&mut self, model: &dyn Learned, lesson: &Lesson, before: &Evaluation) {
         self.progress.at("correcting");
-        self.before = Some((TaskModel::of(model, lesson), before.clone()));
+        self.before = Some((NamedModel::of(model, lesson), before.clone()));
     }
 
     fn corrects(&mut self, seen: &Intervened<'_>) {
@@ -129,7 +129,7 @@ impl Witness for Kept<'_> {
 
     fn ends(&mut self, model: &dyn Learned, lesson: &Lesson) {
         self.progress.at("rolling out the corrected model");
-        self.after = Some(TaskModel::of(model, lesson));
+        self.after = Some(NamedModel::of(model, lesson));
     }
 }
 
@@ -262,5 +262,92 @@ impl Rerun<'_> {
         let (name, kind) = (&given.name, Kind::Corrective);
         let shown = self.teacher.demonstrate(name, kind, self.schema, &mut episode, given.seed, observer)?;
         Ok((shown, episode.succeeded()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use situ_tasks::{Plant, Registry};
+    use situ_teachers::{Roster, convert};
+
+    use super::*;
+
+    impl Progress for () {
+        fn at(&self, _: &str) {}
+        fn finished(&self) {}
+    }
+
+    /// The smallest protocol that teaches and corrects.
+    fn protocol() -> Protocol {
+        let protocol = Protocol::find("quick").unwrap();
+        let budget = crate::protocol::Budget { least_originals: 2, originals: 3, demonstrations: 2, ..protocol.budget };
+        Protocol { budget, rollouts: 3, target: 0.6, pooled: Vec::new(), ..protocol.without_arm() }
+    }
+
+    /// What is shown of a run is what the run did: its record is the same as without a witness, the rollouts that are
+    /// watched are the ones that were counted, and what the teacher shows again is as long as what was recorded.
+    #[test]
+    fn a_rerun_is_the_run_that_it_shows() {
+        let registry = Registry::builtin().unwrap().with_plant(Plant::Hand);
+        let task = registry.get("sort_blocks").unwrap();
+        let (original, setting) = (task.variation(None).unwrap(), task.variation(Some("cover")).unwrap());
+        let teacher = Teacher::new(Roster::builtin().unwrap().get("expert").unwrap().clone());
+        let (protocol, schema) = (protocol(), convert::schema(&original).unwrap());
+        let rerun = Rerun {
+            protocol: &protocol,
+            teacher: &teacher,
+            seed: 5,
+            original: &original,
+            setting: &setting,
+            schema: &schema,
+            interrupted: &AtomicBool::new(false),
+            progress: &(),
+        };
+        let method = method::named("situ").unwrap();
+        let story = rerun.story(&*method).unwrap();
+        let record = rerun.under(|conditions| {
+            let task = conditions.teach(&original, &*method)?;
+            let before = conditions.before(&task, &setting, &*method)?;
+            conditions.run(&setting, &*method, &task, &before)
+        });
+        let timeless = |record: RunRecord| crate::record::Record::Run(record).without_times();
+        assert_eq!(timeless(story.record.clone()), timeless(record.unwrap()));
+        assert_eq!(story.corrections.len(), story.record.corrections.len());
+        assert!(!story.corrections.is_empty(), "the cover must come off first");
+
+        // The first failure is the one that is corrected, and it fails when it is watched, too.
+        assert_eq!(story.start, (Starts::Round(0), story.failures[0]));
+        assert_eq!(story.corrections[0].failure, (0, story.failures[0]));
+        let before = rerun.roll_out(&*story.before.learned, story.start, &mut ()).unwrap();
+        assert!(!before.success);
+        let unseen = |model: &NamedModel, start| {
+            let roll_out = |conditions: &Conditions<'_>| {
+                Ok(conditions.roll_out(&*model.learned, &setting, start, Watched::No, &mut ())?.unwrap().0)
+            };
+            rerun.under(roll_out).unwrap()
+        };
+        assert_eq!(unseen(&story.before, story.start), before);
+        // The corrected model succeeds as often as the record says, from the same starts.
+        let fresh = (0..protocol.rollouts).map(|index| unseen(&story.after, (Starts::Fresh, index)).success);
+        let after = story.record.after.unwrap();
+        assert_eq!(
+            (fresh.filter(|success| *success).count() as u32, protocol.rollouts),
+            (after.successes, after.rollouts)
+        );
+        for (given, record) in story.corrections.iter().zip(&story.record.corrections) {
+            let mut steps = 0;
+            let (shown, is_goal) = rerun.correct(given, &mut |_| steps += 1).unwrap();
+            let demonstration = shown.demonstration.unwrap();
+            assert_eq!((record.effort.tries, demonstration.keyframes().len() as u32), (1, record.effort.keyframes));
+            assert_eq!((given.trigger.as_str(), is_goal), (record.failure.as_str(), demonstration.carried_to_end()));
+            assert!((f64::from(steps) * situ_sim::DT - record.effort.seconds).abs() < 1e-9, "every step is seen");
+        }
+        // Words where the teacher has one, the node and its object where not, and the places that are no primitives.
+        let first = before.choices[0].child;
+        assert!(setting.original_skills.iter().any(|skill| skill.name == story.before.name(first)));
+        let wordless = NamedModel::of(&*story.before.learned, &Lesson::new(&[]));
+        let name = wordless.name(first);
+        assert!(name.starts_with(&first.to_string()) && name.contains(" on "), "{name}");
+        assert_eq!(wordless.name(Place::End), "END");
     }
 }

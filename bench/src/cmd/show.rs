@@ -11,11 +11,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
 use situ::demonstration::Kind;
+use situ::method::Method;
 use situ_sim::World;
 use situ_tasks::{Episode, Setting, Task, script};
 use situ_teachers::{Shown, Teacher, convert};
 
-use self::album::{Album, Piece};
+use self::album::{Album, Piece, yes_or_no};
 use crate::caption::PixelSize;
 use crate::cmd::library::{Carrier, Library};
 use crate::cmd::terminal::{self, Signs};
@@ -26,7 +27,6 @@ use crate::performance::Performance;
 use crate::pictures::{self, Look};
 use crate::protocol::Protocol;
 use crate::rerun::Rerun;
-use crate::runner::Progress;
 use crate::track::Track;
 use crate::view;
 
@@ -43,15 +43,15 @@ With --method it does the run that `run` does with that task, variation, method,
         on), and the corrected model from the same start (`after`). Where nothing fails, it says so and shows a \
         success. The record of the run is printed.
 
-Films are three times as fast as the simulated world. A caption says the skill in the teacher's word (or node and \
-        reference object, where the teacher has none), the simulated time, the keyframe, and how probable the primitive \
-        was when it was chosen. Of some viewpoints the one is taken from which the least is hidden of the gripper and \
-        of the objects that the skills are about; all pictures are from there. Every run of the program gives the same \
-        pictures.
+Films are three times as fast as the simulated world. With --method or --captions, a caption says the skill in the \
+        teacher's word (or node and reference object, where the teacher has none), the simulated time, the keyframe, \
+        how probable a primitive was when it was chosen, and how it ended; and of some viewpoints the one is taken from \
+        which the least is hidden of the gripper and of the objects that the skills are about: all pictures are from \
+        there. Every run of the program gives the same pictures.
 
 Examples:
   situ-bench show pour
-  situ-bench show pour/lid --failure --out pictures
+  situ-bench show pour/lid --failure --captions --out pictures
   situ-bench show sort_blocks/cover --teacher novice --seed 3 --width 240 --height 150
   situ-bench show drawer/pin --method situ --seed 1"
 )]
@@ -79,9 +79,9 @@ pub struct Show {
     /// `failure` where the program fails, and `original` where it reaches the goal.
     #[arg(long)]
     pub failure: bool,
-    /// No captions, and all pictures from the front.
+    /// Captions, and the viewpoint from which the least is hidden. With --method that is always so.
     #[arg(long)]
-    pub plain: bool,
+    pub captions: bool,
     /// The folder to write to. Files of former pictures are replaced there; what is no file is not.
     #[arg(long, value_name = "DIR", default_value = "pictures")]
     pub out: PathBuf,
@@ -135,6 +135,10 @@ impl Show {
         [self.width, self.height]
     }
 
+    fn has_captions(&self) -> bool {
+        self.captions || self.method.is_some()
+    }
+
     /// The names of task and variation.
     fn names(&self) -> Result<(&str, Option<&str>), BenchError> {
         let (task, variation) = match self.task.split_once('/') {
@@ -165,10 +169,10 @@ impl Show {
         )))
     }
 
-    /// How pictures are looked at: all from one viewpoint, so that they can be compared, or plain.
+    /// How pictures are looked at: with captions all from one viewpoint, so that they can be compared; else each plain.
     fn look(&self, pieces: &[Piece<'_>], setting: &Setting) -> Vec<Look> {
         let tracks: Vec<&Track> = pieces.iter().map(|piece| &piece.performance.track).collect();
-        if self.plain {
+        if !self.has_captions() {
             return tracks.into_iter().map(|track| Look::plain(track, self.size())).collect();
         }
         vec![Look::clearest(&tracks, &view::things(setting), self.size()); pieces.len()]
@@ -196,7 +200,7 @@ impl Show {
             signs.finished();
         }
         signs.end();
-        if !self.plain {
+        if self.has_captions() {
             album.said.push(format!("seen {}\n", looks[0].viewpoint()));
         }
         Ok(album)
@@ -206,7 +210,7 @@ impl Show {
     fn learned(
         &self,
         setting: &Arc<Setting>,
-        method: &dyn situ::method::Method,
+        method: &dyn Method,
         interrupted: &AtomicBool,
     ) -> Result<Album, BenchError> {
         let protocol = Protocol::find(self.protocol.as_deref().unwrap_or(PROTOCOL))?;
@@ -234,7 +238,7 @@ impl Show {
             progress: &signs,
         };
         let story = rerun.story(method)?;
-        Progress::finished(&signs);
+        signs.finished();
         signs.end();
         let pieces = learned::pieces(&rerun, &story)?;
         let head = format!(
@@ -341,8 +345,4 @@ fn original(start: &Episode) -> Piece<'static> {
         said,
         performance,
     }
-}
-
-fn yes_or_no(holds: bool) -> &'static str {
-    if holds { "yes" } else { "no" }
 }

@@ -76,3 +76,7 @@ impl Album {
         Ok(())
     }
 }
+
+pub(super) fn yes_or_no(holds: bool) -> &'static str {
+    if holds { "yes" } else { "no" }
+}

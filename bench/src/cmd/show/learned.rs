@@ -3,14 +3,14 @@
 use std::fmt::Write;
 
 use situ::method::{self, Method, Role};
+use situ_sim::World;
 
-use super::album::Piece;
-use super::yes_or_no;
+use super::album::{Piece, yes_or_no};
 use crate::error::BenchError;
 use crate::performance::{Performance, RolloutRecorder, StepsOnly};
 use crate::pictures;
 use crate::record::Outcome;
-use crate::rerun::{GivenCorrection, Rerun, Story, TaskModel};
+use crate::rerun::{GivenCorrection, NamedModel, Rerun, Story};
 use crate::rollout::Rollout;
 use crate::tally::Rate;
 use crate::track::Track;
@@ -63,13 +63,13 @@ pub(super) fn pieces<'a>(rerun: &'a Rerun<'a>, story: &'a Story) -> Result<Vec<P
 fn rollout<'a>(
     rerun: &'a Rerun<'a>,
     story: &'a Story,
-    model: &'a TaskModel,
+    model: &'a NamedModel,
     (name, title): (&str, &str),
 ) -> Result<Piece<'a>, BenchError> {
     let start = rerun.episode(story.start)?;
     let mut recorder = RolloutRecorder::new(model, &start, title);
     let rollout = rerun.roll_out(&*model.learned, story.start, &mut recorder)?;
-    let again = move |observer: &mut dyn FnMut(&situ_sim::World)| {
+    let again = move |observer: &mut dyn FnMut(&World)| {
         rerun.roll_out(&*model.learned, story.start, &mut StepsOnly(observer)).map(drop)
     };
     let performance = Performance::rolled_out(start, recorder, &rollout, Box::new(again));
@@ -85,14 +85,14 @@ fn rollout<'a>(
         film: name.to_owned(),
         strip: format!("{name}-strip"),
         about: format!("the rollout, {title}"),
-        moments: moments(&performance, "keyframes"),
+        moments: moments(&performance),
         said,
         performance,
     })
 }
 
 /// What a rollout's primitives are called, those that were begun.
-fn skills(model: &TaskModel, rollout: &Rollout) -> String {
+fn skills(model: &NamedModel, rollout: &Rollout) -> String {
     let begun = rollout.choices.iter().take(rollout.primitives).map(|choice| model.name(choice.child));
     let skills: Vec<String> = begun.collect();
     if skills.is_empty() { "nothing".to_owned() } else { skills.join(", ") }
@@ -109,7 +109,7 @@ fn correction<'a>(
     let title = format!("correction {number}");
     let mut track = Track::new(&given.episode);
     let (shown, is_goal) = rerun.correct(given, &mut |world| track.see(world))?;
-    let again = move |observer: &mut dyn FnMut(&situ_sim::World)| rerun.correct(given, observer).map(drop);
+    let again = move |observer: &mut dyn FnMut(&World)| rerun.correct(given, observer).map(drop);
     let start = (given.episode.clone(), track);
     let performance = Performance::shown(start, &title, (&shown, is_goal), Box::new(again));
     let (round, rollout) = given.failure;
@@ -130,15 +130,15 @@ fn correction<'a>(
         film: format!("correction-{number}"),
         strip: format!("correction-{number}-strip"),
         about: title,
-        moments: moments(&performance, "keyframes"),
+        moments: moments(&performance),
         said,
         performance,
     })
 }
 
-fn moments(performance: &Performance<'_>, what: &str) -> String {
+fn moments(performance: &Performance<'_>) -> String {
     let all = performance.moments.len();
-    format!("{} of {all} {what}", pictures::even_selection(&performance.moments).len())
+    format!("{} of {all} keyframes", pictures::even_selection(&performance.moments).len())
 }
 
 /// What is said of the run as a whole: whether anything was corrected, and what its record says.
