@@ -284,6 +284,19 @@ mod tests {
         Protocol { budget, rollouts: 3, target: 0.6, pooled: Vec::new(), ..protocol.without_arm() }
     }
 
+    fn corrections_are_those_of_the_record(rerun: &Rerun<'_>, story: &Story) {
+        assert_eq!(story.corrections.len(), story.record.corrections.len());
+        assert!(!story.corrections.is_empty(), "the cover must come off first");
+        for (given, record) in story.corrections.iter().zip(&story.record.corrections) {
+            let mut steps = 0;
+            let (shown, is_goal) = rerun.correct(given, &mut |_| steps += 1).unwrap();
+            let demonstration = shown.demonstration.unwrap();
+            assert_eq!((record.effort.tries, demonstration.keyframes().len() as u32), (1, record.effort.keyframes));
+            assert_eq!((given.trigger.as_str(), is_goal), (record.failure.as_str(), demonstration.carried_to_end()));
+            assert!((f64::from(steps) * situ_sim::DT - record.effort.seconds).abs() < 1e-9, "every step is seen");
+        }
+    }
+
     /// What is shown of a run is what the run did: its record is the same as without a witness, the rollouts that are
     /// watched are the ones that were counted, and what the teacher shows again is as long as what was recorded.
     #[test]
@@ -312,8 +325,6 @@ mod tests {
         });
         let timeless = |record: RunRecord| crate::record::Record::Run(record).without_times();
         assert_eq!(timeless(story.record.clone()), timeless(record.unwrap()));
-        assert_eq!(story.corrections.len(), story.record.corrections.len());
-        assert!(!story.corrections.is_empty(), "the cover must come off first");
 
         // The first failure is the one that is corrected, and it fails when it is watched, too.
         assert_eq!(story.start, (Starts::Round(0), story.failures[0]));
@@ -334,14 +345,7 @@ mod tests {
             (fresh.filter(|success| *success).count() as u32, protocol.rollouts),
             (after.successes, after.rollouts)
         );
-        for (given, record) in story.corrections.iter().zip(&story.record.corrections) {
-            let mut steps = 0;
-            let (shown, is_goal) = rerun.correct(given, &mut |_| steps += 1).unwrap();
-            let demonstration = shown.demonstration.unwrap();
-            assert_eq!((record.effort.tries, demonstration.keyframes().len() as u32), (1, record.effort.keyframes));
-            assert_eq!((given.trigger.as_str(), is_goal), (record.failure.as_str(), demonstration.carried_to_end()));
-            assert!((f64::from(steps) * situ_sim::DT - record.effort.seconds).abs() < 1e-9, "every step is seen");
-        }
+        corrections_are_those_of_the_record(&rerun, &story);
         // Words where the teacher has one, the node and its object where not, and the places that are no primitives.
         let first = before.choices[0].child;
         assert!(setting.original_skills.iter().any(|skill| skill.name == story.before.name(first)));

@@ -111,19 +111,17 @@ pub fn rollout(
     observer: &mut dyn Observer,
 ) -> Result<Rollout, BenchError> {
     let mut pursuit = Pursuit::new(execute.executor, execute.confidence);
-    let mut interrupted = None;
+    let (mut interrupted, mut once) = (None, false);
     let (mut primitives, mut choices, mut trail) = (0, Vec::new(), Vec::new());
     let mut watch = Watch { watched: execute.watched, missed: 0 };
-    let mut once = false;
     let ended = loop {
         let state = observe(cursor.episode());
         let Some(Follows { place, probability, way }) = pursuit.next(model, &state) else {
             break Ended::NoConfidentChild;
         };
         check_probability(pursuit.last(), probability)?;
-        let choice = Choice { last: pursuit.last(), child: place, probability, due: due(cursor.episode()) };
-        observer.chose(&choice);
-        choices.push(choice);
+        choices.push(Choice { last: pursuit.last(), child: place, probability, due: due(cursor.episode()) });
+        observer.chose(&choices[choices.len() - 1]);
         if probability < execute.confidence {
             break Ended::NoConfidentChild;
         }
@@ -161,9 +159,8 @@ pub fn rollout(
             break reason;
         }
     };
-    let episode = cursor.episode();
-    let ended = if episode.is_sound() { ended } else { Ended::Spoilt };
-    let success = episode.succeeded();
+    let ended = if cursor.episode().is_sound() { ended } else { Ended::Spoilt };
+    let success = cursor.episode().succeeded();
     Ok(Rollout { ended, last: pursuit.last(), interrupted, success, once: once || success, primitives, trail, choices })
 }
 

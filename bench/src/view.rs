@@ -109,6 +109,7 @@ mod tests {
 name = "hidden"
 analysis = "A wall stands beside a cube."
 time_limit = 60.0
+premise = "not(held(cube))"
 goal = "held(cube)"
 observe = ["opening()", "offset(gripper, cube)"]
 

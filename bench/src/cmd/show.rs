@@ -85,8 +85,8 @@ pub struct Show {
     /// The folder to write to. Files of former pictures are replaced there; what is no file is not.
     #[arg(long, value_name = "DIR", default_value = "pictures")]
     pub out: PathBuf,
-    /// Width in pixels of the film and of each picture of the strip. The picture of the start is twice as wide. Pictures
-    /// that are too small for a caption have none.
+    /// Width in pixels of the film and of each picture of the strip. The picture of the start is twice as wide. What
+    /// is too small for a caption has none.
     #[arg(long, default_value_t = 480, value_parser = clap::value_parser!(u32).range(16..=1920))]
     pub width: u32,
     /// Height in pixels, in the same way, with the caption.

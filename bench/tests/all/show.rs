@@ -270,3 +270,26 @@ fn names_that_nothing_has_are_refused_and_nothing_is_written() {
         assert!(names(folder.path()).is_empty());
     }
 }
+
+/// An interrupt in the middle of the teaching ends it, and the folder that was made for the pictures is gone.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("deep/pictures");
+    let mut show = Command::new(env!("CARGO_BIN_EXE_situ-bench"))
+        .args(["show", "scoop/cover", "--method", "situ", "--out", "deep/pictures"])
+        .current_dir(folder.path())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    while !out.exists() {
+        assert!(show.try_wait().unwrap().is_none(), "it has not begun");
+        std::thread::yield_now();
+    }
+    // It takes far longer than this, and by now it listens.
+    std::thread::sleep(std::time::Duration::from_secs(1));
+    assert!(Command::new("kill").args(["-INT", &show.id().to_string()]).status().unwrap().success());
+    assert_eq!(show.wait().unwrap().code(), Some(130));
+    assert!(names(folder.path()).is_empty());
+}
