@@ -29,6 +29,7 @@ use crate::starts::Starts;
 use crate::stop::{self, StopPoint, Stopped};
 use crate::tally::{Rate, TotalEffort, count};
 use crate::teaching::ATTEMPTS;
+use crate::witness::{Intervened, Witness};
 
 /// A robot under correction: its task model, and all demonstrations that it was shown.
 pub struct Robot<'a> {
@@ -48,7 +49,11 @@ struct Failure<'a> {
 
 /// A failure, the teacher's demonstration from there, and the effort of it and of all tries before it that failed.
 struct Shown<'a> {
+    /// The rollout that failed.
+    index: u32,
     failure: Failure<'a>,
+    /// The seed of the teacher's draws.
+    seed: u64,
     demonstration: Demonstration,
     effort: TotalEffort,
 }
@@ -109,7 +114,7 @@ impl<'a> Robot<'a> {
         oracle: &mut Oracle,
     ) -> Result<CorrectionRecord, BenchError> {
         let shows_change = shows_change(setting, &shown.demonstration);
-        let Shown { failure: Failure { trigger, stop, .. }, demonstration, effort } = shown;
+        let Shown { failure: Failure { trigger, stop, .. }, demonstration, effort, .. } = shown;
         let before = self.model.graph()?;
         let correction = Correction { oracle: Some(&*oracle), ..stop.correction(&demonstration) };
         let (trace, update_seconds) = cost::timed(|| self.model.correct(correction));
@@ -145,7 +150,7 @@ impl<'a> Robot<'a> {
 
 impl<'a> Conditions<'a> {
     /// Corrects the robot on a setting until the target is reached or the budget is used up. `before` is the evaluation
-    /// that called for it. The effort is added to the run.
+    /// that called for it. The effort is added to the run. The witness sees each correction.
     ///
     /// # Errors
     /// An error of the task, the teacher, the method or the archive; [`BenchError::Interrupted`].
@@ -155,6 +160,7 @@ impl<'a> Conditions<'a> {
         setting: &Arc<Setting>,
         before: &Evaluation,
         run: &mut RunRecord,
+        witness: &mut dyn Witness,
     ) -> Result<CorrectionsEnd, BenchError> {
         let mut last = before.clone();
         let mut oracle = Oracle { changed: changed(setting) };
@@ -169,6 +175,14 @@ impl<'a> Conditions<'a> {
                 return Ok(CorrectionsEnd { last, gave_up: true });
             };
             self.archive_correction(robot, setting, &shown, round)?;
+            witness.corrects(&Intervened {
+                round,
+                index: shown.index,
+                trigger: &shown.failure.trigger,
+                episode: shown.failure.cursor.episode(),
+                name: shown.demonstration.name(),
+                seed: shown.seed,
+            });
             run.effort += shown.effort;
             let correction = self
                 .during(RunPhase::Correct)
@@ -224,8 +238,8 @@ impl<'a> Conditions<'a> {
             let demonstration = shown.demonstration.clone().filter(|_| shown.clean);
             *failed += TotalEffort::of_try(&shown.effort, demonstration.is_some());
             if let Some(demonstration) = demonstration {
-                let (_, failure) = found.swap_remove(place);
-                return Ok(Some(Shown { failure, demonstration, effort: *failed }));
+                let (index, failure) = found.swap_remove(place);
+                return Ok(Some(Shown { index, failure, seed, demonstration, effort: *failed }));
             }
         }
         Ok(None)
@@ -264,7 +278,7 @@ impl<'a> Conditions<'a> {
         round: u32,
         index: u32,
     ) -> Result<Option<Failure<'a>>, BenchError> {
-        let watch = |watched| self.roll_out(model, setting, (Starts::Round(round), index), watched);
+        let watch = |watched| self.roll_out(model, setting, (Starts::Round(round), index), watched, &mut ());
         let onset = self.teacher.onset(self.teacher_stream(setting, "onset", &[round, index]));
         let Some((mut rollout, mut cursor)) = watch(Watched::AfterMissing(u32::from(onset == Onset::Late)))? else {
             return Ok(None);

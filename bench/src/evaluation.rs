@@ -14,6 +14,7 @@ use crate::conditions::Conditions;
 use crate::ended::Ended;
 use crate::error::BenchError;
 use crate::memo::{Beginning, Cursor};
+use crate::observer::Observer;
 use crate::protocol::Protocol;
 use crate::rollout::{Execute, Rollout, Watched, rollout};
 use crate::spending::Steps;
@@ -109,7 +110,7 @@ impl<'a> Conditions<'a> {
         let indices: Vec<u32> = (done..self.protocol.rollouts.min(done + BATCH)).collect();
         let rollouts = indices.par_iter().map(|index| {
             self.check_interrupt()?;
-            let rolled_out = self.roll_out(model, setting, (starts, *index), Watched::No)?;
+            let rolled_out = self.roll_out(model, setting, (starts, *index), Watched::No, &mut ())?;
             Ok(rolled_out.map(|(rollout, _)| rollout))
         });
         let rollouts: Vec<Option<_>> = rollouts.collect::<Result<_, BenchError>>()?;
@@ -126,30 +127,23 @@ impl<'a> Conditions<'a> {
     }
 
     /// A rollout from one of these starts, and the episode as it was left. `None` where the physics refuses the start:
-    /// that is spoilt, and nobody's failure.
+    /// that is spoilt, and nobody's failure. The observer sees what the memo does not have.
     pub(crate) fn roll_out(
         &self,
         model: &dyn Learned,
         setting: &Arc<Setting>,
         (starts, index): (Starts, u32),
         watched: Watched,
+        observer: &mut dyn Observer,
     ) -> Result<Option<(Rollout, Cursor<'a>)>, BenchError> {
         let Protocol { execution, confidence, executor, .. } = self.protocol;
         let execute = Execute { execution: *execution, confidence: *confidence, executor: *executor, watched };
-        let seed = |purpose: &str| {
-            let (purpose, numbers) = starts.stream(purpose, index);
-            self.stream(setting, &purpose, &numbers)
-        };
-        let mut rng = ChaCha8Rng::seed_from_u64(seed("execute"));
-        let start = || match Episode::start(setting, seed("evaluate")) {
-            Ok(episode) => Ok(Some(episode)),
-            Err(TaskError::Premise { .. }) => Ok(None),
-            Err(error) => Err(error.into()),
-        };
+        let mut rng = ChaCha8Rng::seed_from_u64(self.rollout_stream(setting, "execute", (starts, index)));
         let origin = Beginning { setting: setting.label(), starts, index };
         let work = || {
-            let Some(mut cursor) = self.memo.start(origin, start)? else { return Ok(None) };
-            let rollout = rollout(model, &mut cursor, execute, &mut rng)?;
+            let start = self.memo.start(origin, || self.start(setting, (starts, index)))?;
+            let Some(mut cursor) = start else { return Ok(None) };
+            let rollout = rollout(model, &mut cursor, execute, &mut rng, observer)?;
             Ok(Some((rollout, cursor)))
         };
         let steps = |result: &Result<Option<(Rollout, Cursor<'a>)>, BenchError>| match result {
@@ -157,6 +151,21 @@ impl<'a> Conditions<'a> {
             _ => Steps::default(),
         };
         self.spend(work, steps)
+    }
+
+    /// The seed of a draw at a rollout.
+    fn rollout_stream(&self, setting: &Setting, purpose: &str, (starts, index): (Starts, u32)) -> u64 {
+        let (purpose, numbers) = starts.stream(purpose, index);
+        self.stream(setting, &purpose, &numbers)
+    }
+
+    /// Where a rollout begins. `None` where the physics refuses it.
+    pub(crate) fn start(&self, setting: &Arc<Setting>, start: (Starts, u32)) -> Result<Option<Episode>, BenchError> {
+        match Episode::start(setting, self.rollout_stream(setting, "evaluate", start)) {
+            Ok(episode) => Ok(Some(episode)),
+            Err(TaskError::Premise { .. }) => Ok(None),
+            Err(error) => Err(error.into()),
+        }
     }
 
     /// Whether the target is met.

@@ -13,6 +13,7 @@
 
 pub mod archive;
 pub mod calibration;
+pub mod caption;
 pub mod cmd;
 pub mod conditions;
 pub mod content;
@@ -44,12 +45,15 @@ pub mod manifest;
 pub mod memo;
 #[doc = include_str!("../docs/methods.md")]
 pub mod methods_page {}
+pub mod observer;
+pub mod performance;
 pub mod pictures;
 pub mod plan;
 pub mod program;
 pub mod protocol;
 pub mod provenances;
 pub mod record;
+pub mod rerun;
 pub mod retrieval;
 pub mod rollout;
 pub mod runner;
@@ -69,5 +73,8 @@ pub mod tally;
 pub mod teaching;
 #[doc = include_str!("../docs/tutorial.md")]
 pub mod tutorial {}
+pub mod track;
 pub mod tuition;
+pub mod view;
 pub mod visible;
+pub mod witness;

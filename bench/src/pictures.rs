@@ -1,13 +1,19 @@
 //! Pictures of a performance: of its start, of chosen moments side by side, and of all of it as a film.
 //!
-//! A performance is run twice, bit for bit alike. The first run tells where things go and when keyframes are reached,
-//! so that one camera has all of it in view. The second run renders the moments that are wanted, and no others.
+//! The first time of a [`Performance`] tells where things go, so that one camera has all of it in view. Then it is done
+//! once more, and the moments that are wanted are rendered, and no others.
 
 use std::collections::BTreeSet;
 
 use rayon::prelude::*;
-use situ_sim::{Camera, Film, Image, Pose, SimError, World};
+use situ_sim::{Film, Image, SimError, World};
 use situ_tasks::{Episode, Setting};
+
+use crate::caption::{Band, PixelSize};
+use crate::error::BenchError;
+use crate::performance::Performance;
+use crate::track::Track;
+use crate::view::View;
 
 /// Pictures of a film for each simulated second.
 const FILM_RATE: u16 = 8;
@@ -27,71 +33,8 @@ const MOST_STILLS: usize = 8;
 /// The widest strip, in pixels. Pictures that do not fit go into further rows.
 const WIDEST_STRIP: u32 = 2000;
 
-/// Steps between two looks at where things are. In so many steps, things move by less than a centimetre.
-const LOOK_EVERY: usize = 16;
-
 /// Worlds that are rendered at a time: enough to keep all processors busy, and few enough for the memory.
 const BATCH: usize = 16;
-
-/// Pixels: width and height of a picture.
-pub type PixelSize = [u32; 2];
-
-/// The first run's message to the second: where things go, and the hand's pose after each step.
-pub struct Track {
-    names: Vec<String>,
-    boxes: Vec<[[f64; 3]; 2]>,
-    hand: Vec<Pose>,
-}
-
-impl Track {
-    /// The track of a performance that begins here.
-    pub fn new(episode: &Episode) -> Self {
-        let names = episode.setting().objects.iter().map(|placed| placed.body.name.clone());
-        let mut track =
-            Self { names: names.chain([situ_sim::HAND.to_owned()]).collect(), boxes: Vec::new(), hand: Vec::new() };
-        track.look(episode.world());
-        track
-    }
-
-    /// Takes note of a step.
-    pub fn see(&mut self, world: &World) {
-        self.hand.push(world.tcp());
-        if self.hand.len().is_multiple_of(LOOK_EVERY) {
-            self.look(world);
-        }
-    }
-
-    fn look(&mut self, world: &World) {
-        self.boxes.extend(self.names.iter().filter_map(|name| world.bounds(name)));
-    }
-
-    /// The camera that has all of the performance in view.
-    pub fn camera(&self, [width, height]: PixelSize) -> Camera {
-        Camera::around(&self.boxes, f64::from(width) / f64::from(height))
-    }
-
-    /// The last step at which the hand rests at each of these poses, one after the other. Steps count from 1.
-    pub fn rests<'a>(&self, poses: impl IntoIterator<Item = &'a Pose>) -> Vec<usize> {
-        let mut from = 0;
-        let rest = |pose: &Pose| {
-            let first = from + self.hand[from..].iter().position(|hand| hand == pose)?;
-            from = first + self.hand[first..].iter().take_while(|hand| *hand == pose).count();
-            Some(from)
-        };
-        poses.into_iter().map_while(rest).collect()
-    }
-
-    /// The steps, counted from 1.
-    pub fn steps(&self) -> Vec<usize> {
-        (1..=self.hand.len()).collect()
-    }
-
-    /// Steps between two pictures of the film.
-    fn film_every(&self) -> usize {
-        let steps_a_second = libm::round(1.0 / situ_sim::DT) as usize;
-        (steps_a_second / usize::from(FILM_RATE)).max(self.hand.len().div_ceil(MOST_FRAMES - 1))
-    }
-}
 
 /// At most eight of the moments, evenly chosen, the first and the last among them.
 pub fn even_selection(moments: &[usize]) -> Vec<usize> {
@@ -100,14 +43,72 @@ pub fn even_selection(moments: &[usize]) -> Vec<usize> {
     (0..wanted).map(|nth| moments[index(nth)]).collect()
 }
 
-/// The second run, which renders the wanted moments.
-pub struct Shooting {
-    camera: Camera,
+/// How performances are looked at.
+#[derive(Clone, Copy, Debug)]
+pub struct Look {
+    view: View,
     size: PixelSize,
+    band: Option<Band>,
+    is_plain: bool,
+}
+
+impl Look {
+    /// Pictures of this size, from the viewpoint from which most is seen of these things, with captions where there is
+    /// room for them.
+    pub fn clearest(tracks: &[&Track], things: &[&str], size: PixelSize) -> Self {
+        let band = Band::of(size);
+        let height = size[1] - band.map_or(0, Band::height);
+        let view = View::clearest(tracks, things, f64::from(size[0]) / f64::from(height));
+        Self { view, size, band, is_plain: false }
+    }
+
+    /// Pictures of this size from the front, without captions.
+    pub fn plain(track: &Track, size: PixelSize) -> Self {
+        let view = View::front(&[track], f64::from(size[0]) / f64::from(size[1]));
+        Self { view, size, band: None, is_plain: true }
+    }
+
+    /// Whether it is from the front and without captions, wherever that hides something.
+    pub fn is_plain(&self) -> bool {
+        self.is_plain
+    }
+
+    /// The name of the viewpoint.
+    pub fn viewpoint(&self) -> &'static str {
+        self.view.name
+    }
+
+    /// The height that the world is given in a picture.
+    fn height(&self) -> u32 {
+        self.size[1] - self.band.map_or(0, Band::height)
+    }
+
+    /// The start of an episode, twice as wide and high as the world in other pictures.
+    pub fn start(&self, episode: &Episode) -> Image {
+        self.view.camera.render(episode.world(), 2 * self.size[0], 2 * self.height())
+    }
+}
+
+/// Does a performance once more, and films it. Returns the film, and a strip of the pictures after each of these steps.
+///
+/// # Errors
+/// Those of the performance; [`BenchError::Picture`] where the film could not be made.
+pub fn shoot(performance: &Performance<'_>, look: &Look, stills_at: &[usize]) -> Result<(Film, Image), BenchError> {
+    let mut shooting = Shooting::new(performance, look, stills_at);
+    performance.again(&mut |world| shooting.see(world))?;
+    Ok(shooting.finish()?)
+}
+
+/// Renders the wanted moments.
+struct Shooting<'a> {
+    performance: &'a Performance<'a>,
+    look: &'a Look,
+    /// Steps between two pictures of the film.
     every: usize,
     stills_at: BTreeSet<usize>,
     step: usize,
-    last: usize,
+    /// Pictures that the film has by now, those that stand still among them.
+    filmed: u64,
     waiting: Vec<(World, Wanted)>,
     film: Film,
     stills: Vec<Image>,
@@ -117,40 +118,43 @@ pub struct Shooting {
 /// The purposes for which a world is rendered.
 #[derive(Clone, Copy)]
 struct Wanted {
-    film: bool,
+    step: usize,
+    /// For the film, which first shows the picture before for so many more pictures' time.
+    film: Option<u16>,
     still: bool,
 }
 
-impl Shooting {
-    /// A shooting that will film the performance that begins here, whose track is known, and take a still picture after
-    /// each of these steps.
-    pub fn new(track: &Track, episode: &Episode, size: PixelSize, stills_at: &[usize]) -> Self {
+impl<'a> Shooting<'a> {
+    fn new(performance: &'a Performance<'a>, look: &'a Look, stills_at: &[usize]) -> Self {
+        let steps_a_second = libm::round(1.0 / situ_sim::DT) as usize;
+        let every = (steps_a_second / usize::from(FILM_RATE)).max(performance.track.len().div_ceil(MOST_FRAMES - 1));
         let mut shooting = Self {
-            camera: track.camera(size),
-            size,
-            every: track.film_every(),
+            performance,
+            look,
+            every,
             stills_at: stills_at.iter().copied().collect(),
             step: 0,
-            last: track.hand.len(),
+            filmed: 0,
             waiting: Vec::new(),
-            film: Film::new(FILM_RATE * FILM_SPEED),
+            film: Film::new(lasts(every, steps_a_second)),
             stills: Vec::new(),
             refused: None,
         };
-        shooting.take(episode.world());
+        shooting.take(performance.start.world());
         shooting
     }
 
     /// Takes the pictures of a step, if any are wanted.
-    pub fn see(&mut self, world: &World) {
+    fn see(&mut self, world: &World) {
         self.step += 1;
         self.take(world);
     }
 
     fn take(&mut self, world: &World) {
-        let film = self.step.is_multiple_of(self.every) || self.step == self.last;
-        let wanted = Wanted { film, still: self.stills_at.contains(&self.step) };
-        if wanted.film || wanted.still {
+        let is_filmed = self.step.is_multiple_of(self.every) || self.step == self.performance.track.len();
+        let film = is_filmed.then(|| self.wait(world));
+        let wanted = Wanted { step: self.step, film, still: self.stills_at.contains(&self.step) };
+        if wanted.film.is_some() || wanted.still {
             self.waiting.push((world.clone(), wanted));
         }
         if self.waiting.len() == BATCH {
@@ -158,20 +162,35 @@ impl Shooting {
         }
     }
 
+    /// How many pictures' time has passed unseen since the last picture of the film: somebody bumped into something,
+    /// say, and time passed for which there is no picture.
+    fn wait(&mut self, world: &World) -> u16 {
+        let place = self.performance.track.elapsed(world) / self.every as u64;
+        let unseen = place.saturating_sub(self.filmed);
+        self.filmed += unseen + 1;
+        u16::try_from(unseen).unwrap_or(u16::MAX)
+    }
+
     fn develop(&mut self) {
-        let [width, height] = self.size;
+        let [width, _] = self.look.size;
+        let (look, Performance { track, captions, .. }) = (self.look, self.performance);
         let waiting = std::mem::take(&mut self.waiting);
         let images: Vec<(Image, Wanted)> = waiting
             .into_par_iter()
-            .map(|(world, wanted)| (self.camera.render(&world, width, height), wanted))
+            .map(|(world, wanted)| {
+                let image = look.view.camera.render(&world, width, look.height());
+                let when = (wanted.step, track.seconds(&world));
+                let image = look.band.map(|band| band.below(&image, captions, when)).unwrap_or(image);
+                (image, wanted)
+            })
             .collect();
         for (image, wanted) in images {
             if wanted.still {
                 self.stills.push(image.clone());
             }
-            if wanted.film
-                && let Err(error) = self.film.push(image)
-            {
+            let Some(unseen) = wanted.film else { continue };
+            self.film.rest(unseen);
+            if let Err(error) = self.film.push(image) {
                 self.refused.get_or_insert(error);
             }
         }
@@ -181,14 +200,26 @@ impl Shooting {
     ///
     /// # Errors
     /// Where the film could not be made.
-    pub fn finish(mut self) -> Result<(Film, Image), SimError> {
+    fn finish(mut self) -> Result<(Film, Image), SimError> {
         self.develop();
-        self.film.rest(REST * FILM_RATE * FILM_SPEED);
+        let rest = self.film.pictures_in(REST);
+        self.film.rest(rest);
         match self.refused {
             Some(error) => Err(error),
             None => Ok((self.film, strip(&self.stills))),
         }
     }
+}
+
+/// How long a picture of a film is shown where there is one for so many steps, seconds as a fraction in lowest terms.
+fn lasts(every: usize, steps_a_second: usize) -> [u16; 2] {
+    let (mut above, mut below) = (every, steps_a_second * usize::from(FILM_SPEED));
+    for factor in (2..=above.min(below)).rev() {
+        if above.is_multiple_of(factor) && below.is_multiple_of(factor) {
+            (above, below) = (above / factor, below / factor);
+        }
+    }
+    [above, below].map(|number| u16::try_from(number).unwrap_or(u16::MAX))
 }
 
 /// Pictures side by side, in as many rows as it takes.
@@ -198,12 +229,6 @@ fn strip(stills: &[Image]) -> Image {
     let rows = stills.len().div_ceil(most).max(1);
     let columns = stills.len().div_ceil(rows).max(1);
     Image::below(&stills.chunks(columns).map(Image::beside).collect::<Vec<_>>())
-}
-
-/// The start of an episode, twice as wide and high as the other pictures.
-pub fn start(track: &Track, episode: &Episode, size: PixelSize) -> Image {
-    let [width, height] = size.map(|pixels| 2 * pixels);
-    track.camera(size).render(episode.world(), width, height)
 }
 
 /// The names of the files of a setting's pictures, without the last part.
@@ -227,6 +252,18 @@ mod tests {
             assert_eq!((chosen.len(), chosen[0], chosen[7]), (8, 100, 99 + count));
             let gaps: Vec<usize> = chosen.windows(2).map(|pair| pair[1] - pair[0]).collect();
             assert!(gaps.iter().max().unwrap() - gaps.iter().min().unwrap() <= 1, "{count}: {gaps:?}");
+        }
+    }
+
+    /// A long performance, of which there are fewer pictures a second, used to run faster than was said.
+    #[test]
+    fn a_film_keeps_the_time_whatever_its_rate() {
+        assert_eq!(lasts(30, 240), [1, 24]);
+        for every in 30..400 {
+            let [above, below] = lasts(every, 240);
+            let seconds = f64::from(above) / f64::from(below);
+            assert!((seconds - every as f64 / 240.0 / f64::from(FILM_SPEED)).abs() < 1e-12);
+            assert!((2..=above).all(|factor| above % factor > 0 || below % factor > 0), "{above}/{below}");
         }
     }
 

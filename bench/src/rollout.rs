@@ -10,7 +10,7 @@ use situ::place::{NodeId, Place};
 use situ::segment::RelativeKeyframe;
 use situ::state::State;
 use situ::trail::{StepEnd, TrailStep};
-use situ_sim::{GripperCommand, MAX_OPENING, MotionEnd};
+use situ_sim::{GripperCommand, MAX_OPENING, MotionEnd, World};
 use situ_tasks::{Episode, Moment};
 use situ_teachers::convert::{gripper_command, observe};
 
@@ -19,6 +19,7 @@ use crate::ended::Ended;
 use crate::error::BenchError;
 use crate::executor::{Executor, Follows, Pursuit};
 use crate::memo::{Action, Cursor, Performed};
+use crate::observer::Observer;
 
 /// A rollout is stopped after so many primitives: more than twice as many as the longest task needs.
 const MOST_PRIMITIVES: usize = 40;
@@ -99,7 +100,7 @@ pub struct Rollout {
     pub choices: Vec<Choice>,
 }
 
-/// Executes the model from where the episode stands, as if nothing had run before.
+/// Executes the model from where the episode stands, as if nothing had run before. The observer sees it.
 ///
 /// # Errors
 /// Where the model names a node that it does not hold, which is a fault of the method.
@@ -108,12 +109,12 @@ pub fn rollout(
     cursor: &mut Cursor<'_>,
     execute: Execute,
     rng: &mut ChaCha8Rng,
+    observer: &mut dyn Observer,
 ) -> Result<Rollout, BenchError> {
     let mut pursuit = Pursuit::new(execute.executor, execute.confidence);
-    let mut interrupted = None;
+    let (mut interrupted, mut once) = (None, false);
     let (mut primitives, mut choices, mut trail) = (0, Vec::new(), Vec::new());
     let mut watch = Watch { watched: execute.watched, missed: 0 };
-    let mut once = false;
     let ended = loop {
         let state = observe(cursor.episode());
         let Some(Follows { place, probability, way }) = pursuit.next(model, &state)? else {
@@ -121,6 +122,7 @@ pub fn rollout(
         };
         check_probability(pursuit.last(), probability)?;
         choices.push(Choice { last: pursuit.last(), child: place, probability, due: due(cursor.episode()) });
+        observer.chose(&choices[choices.len() - 1]);
         if probability < execute.confidence {
             break Ended::NoConfidentChild;
         }
@@ -140,7 +142,8 @@ pub fn rollout(
         primitives += 1;
         pursuit.begins(node, way);
         let action = Action { reference: reference.clone(), keyframes, patience: watch.patience() };
-        let performed = cursor.perform(action, |episode, action| perform(episode, watch, action, &frame));
+        let performed =
+            cursor.perform(action, |episode, action| perform(episode, (watch, &mut *observer), action, &frame));
         watch.missed += performed.missed;
         once |= cursor.episode().succeeded();
         let end = if performed.ended.is_some() { StepEnd::Interrupted } else { StepEnd::Finished };
@@ -157,9 +160,8 @@ pub fn rollout(
             break reason;
         }
     };
-    let episode = cursor.episode();
-    let ended = if episode.is_sound() { ended } else { Ended::Spoilt };
-    let success = episode.succeeded();
+    let ended = if cursor.episode().is_sound() { ended } else { Ended::Spoilt };
+    let success = cursor.episode().succeeded();
     Ok(Rollout { ended, last: pursuit.last(), interrupted, success, once: once || success, primitives, trail, choices })
 }
 
@@ -208,22 +210,28 @@ fn due(episode: &Episode) -> Due {
 }
 
 /// Performs one primitive.
-fn perform(episode: &mut Episode, watch: Watch, action: &Action, frame: &Pose) -> Performed {
-    let mut guards = Guards { watch, met: false };
+fn perform(
+    episode: &mut Episode,
+    (watch, observer): (Watch, &mut dyn Observer),
+    action: &Action,
+    frame: &Pose,
+) -> Performed {
+    let mut guards = Guards { watch, met: false, observer };
     let ended = go_through(episode, &mut guards, &action.reference, frame, &action.keyframes);
     Performed { ended, guarded: guards.met, missed: guards.watch.missed - watch.missed }
 }
 
-/// A watch over the motions of a primitive, and whether the guard has stopped one of them.
-struct Guards {
+/// A watch over the motions of a primitive, whether the guard has stopped one of them, and who sees them.
+struct Guards<'a> {
     watch: Watch,
     met: bool,
+    observer: &'a mut dyn Observer,
 }
 
 /// Goes through the keyframes of a primitive. Returns why it was not performed to its end, if it was not.
 fn go_through(
     episode: &mut Episode,
-    guards: &mut Guards,
+    guards: &mut Guards<'_>,
     reference: &str,
     frame: &Pose,
     keyframes: &[RelativeKeyframe],
@@ -231,7 +239,9 @@ fn go_through(
     for (index, keyframe) in keyframes.iter().enumerate() {
         let command = gripper_command(keyframe.gripper, MAX_OPENING);
         let gripper = (!same(command, episode.world().gripper())).then_some(command);
-        let end = episode.perform(&(frame * keyframe.pose), gripper, keyframe.hold, &mut |_| {});
+        guards.observer.sets_off(reference, index, keyframes.len());
+        let observer = &mut |world: &World| guards.observer.step(world);
+        let end = episode.perform(&(frame * keyframe.pose), gripper, keyframe.hold, observer);
         if !episode.is_sound() {
             return Some(Ended::Spoilt);
         }

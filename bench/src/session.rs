@@ -18,6 +18,7 @@ use crate::record::{Key, Outcome, Pooled, RunRecord};
 use crate::spending::RunPhase;
 use crate::tally::{Rate, TotalEffort};
 use crate::teaching::OriginalTask;
+use crate::witness::Witness;
 
 /// How the original model does on a changed task.
 pub struct Uncorrected {
@@ -71,6 +72,18 @@ impl Conditions<'_> {
         task: &OriginalTask,
         before: &Uncorrected,
     ) -> Result<RunRecord, BenchError> {
+        self.witnessed_run(setting, method, task, before, &mut ())
+    }
+
+    /// The same run. The witness sees how the robot is corrected.
+    pub fn witnessed_run(
+        &self,
+        setting: &Arc<Setting>,
+        method: &dyn Method,
+        task: &OriginalTask,
+        before: &Uncorrected,
+        witness: &mut dyn Witness,
+    ) -> Result<RunRecord, BenchError> {
         let mut run = self.begun(setting, self.key(setting, method), task);
         if !method.edits().contains(&run.key.edit) {
             run.outcome = Outcome::NotApplicable;
@@ -87,7 +100,7 @@ impl Conditions<'_> {
             Role::Correct => {
                 let folder = method.name().replace(':', "-");
                 let mut robot = Robot::new(method, original, &task.demonstrations, folder)?;
-                let taught = self.taught_by_corrections(&mut robot, setting, before, &mut run)?;
+                let taught = self.taught_by_corrections(&mut robot, setting, before, &mut run, witness)?;
                 run.retained = self.retained(robot.model(), task, !run.corrections.is_empty())?;
                 run.structure = robot.structure()?;
                 if !run.corrections.is_empty() && self.protocol.pooled.iter().any(|name| name == method.name()) {
@@ -109,8 +122,11 @@ impl Conditions<'_> {
         setting: &Arc<Setting>,
         before: &Uncorrected,
         run: &mut RunRecord,
+        witness: &mut dyn Witness,
     ) -> Result<Taught, BenchError> {
-        let corrected = self.correct(robot, setting, &before.deciding, run)?;
+        witness.begins(robot.model(), robot.lesson(), &before.deciding)?;
+        let corrected = self.correct(robot, setting, &before.deciding, run, witness)?;
+        witness.ends(robot.model(), robot.lesson())?;
         let fresh =
             if run.corrections.is_empty() { before.fresh.clone() } else { self.evaluate(robot.model(), setting)? };
         let calibration = judge(robot.model(), robot.lesson(), &fresh, before, run)?;
@@ -169,7 +185,9 @@ impl Conditions<'_> {
                 // as it is.
                 let is_applicable = method.edits().contains(&run.key.edit);
                 let taught = match method.role() {
-                    Role::Correct if is_applicable => self.taught_by_corrections(robot, setting, &before, &mut run)?,
+                    Role::Correct if is_applicable => {
+                        self.taught_by_corrections(robot, setting, &before, &mut run, &mut ())?
+                    }
                     Role::Correct | Role::FromScratch | Role::Control => {
                         unchanged(robot.model(), robot.lesson(), &before, &mut run)?
                     }

@@ -36,7 +36,7 @@ const AMBIENT: f32 = 0.42;
 /// A shadow ray starts so far from the surface, metres.
 const SHADOW_OFFSET: f32 = 2e-4;
 /// The furthest that can be seen, metres.
-const FAR: f32 = 10.0;
+pub(crate) const FAR: f32 = 10.0;
 /// Edge of the checks on the table, metres.
 const CHECK: f32 = 0.05;
 /// The two colours of the checks.
@@ -50,18 +50,18 @@ const BEAD_COLOR: [u8; 3] = [236, 146, 38];
 /// Colour of what lies beyond the table.
 const SKY: [u8; 3] = [238, 241, 245];
 
-/// The direction from the table to a camera that [`Camera::around`] sets up: high enough to see into a bin.
-const VIEW: [f64; 3] = [0.16, -0.7, 0.46];
+/// The direction from the table to a camera in front of it: high enough to see into a bin. No unit vector.
+pub const FRONT: [f64; 3] = [0.16, -0.7, 0.46];
 /// How much of the picture, from its middle to its edge, a camera that [`Camera::around`] sets up fills.
 const FILLED: f64 = 0.94;
 
 impl Camera {
-    /// The camera that looks from the front and above, from as near as it can with all these boxes in the picture.
-    /// `aspect` is the picture's width over its height. A box is given by its least and largest corner, metres, world
-    /// frame. No boxes give the default camera.
-    pub fn around(boxes: &[[[f64; 3]; 2]], aspect: f64) -> Camera {
+    /// The camera that looks from this direction ([`FRONT`], for one, of any length but 0), from as near as it can with
+    /// all these boxes in the picture. `aspect` is the picture's width over its height. A box is given by its least and
+    /// largest corner, metres, world frame. No boxes give the default camera.
+    pub fn around(boxes: &[[[f64; 3]; 2]], direction: [f64; 3], aspect: f64) -> Camera {
         let default = Camera::default();
-        let [right, up, ahead] = Camera { eye: VIEW, target: [0.0; 3], fov: default.fov }.axes();
+        let [right, up, ahead] = Camera { eye: direction, target: [0.0; 3], fov: default.fov }.axes();
         let corner = |bounds: &[[f64; 3]; 2], index: usize| {
             let pick = |axis: usize| bounds[(index >> axis) & 1][axis];
             Vector3::new(pick(0), pick(1), pick(2))
@@ -153,7 +153,7 @@ fn mix(colors: &[[u8; 3]; 4]) -> [u8; 3] {
 
 /// The colliders of a world with a tree over where they are now. The engine's own tree is a step behind, and empty
 /// before the first step.
-struct Scene<'a> {
+pub(crate) struct Scene<'a> {
     world: &'a World,
     colliders: Vec<&'a Collider>,
     tree: Bvh,
@@ -161,7 +161,7 @@ struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
-    fn new(world: &'a World) -> Scene<'a> {
+    pub(crate) fn new(world: &'a World) -> Scene<'a> {
         let colliders: Vec<&Collider> = world.physics.colliders.iter().map(|(_, collider)| collider).collect();
         let boxes: Vec<_> = colliders.iter().map(|collider| collider.compute_aabb()).collect();
         let tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);
@@ -169,7 +169,7 @@ impl<'a> Scene<'a> {
     }
 
     /// The collider that the ray meets first, with distance and normal.
-    fn hit(&self, ray: &Ray) -> Option<(&Collider, f32, Vector)> {
+    pub(crate) fn hit(&self, ray: &Ray) -> Option<(&Collider, f32, Vector)> {
         let check = |leaf: u32, best: f32| meet(self.colliders[leaf as usize], ray, best).map(|(distance, _)| distance);
         let (leaf, _) = self.tree.cast_ray(ray, FAR, check)?;
         let collider = self.colliders[leaf as usize];

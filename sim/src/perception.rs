@@ -192,7 +192,7 @@ impl World {
         })
     }
 
-    fn colliders_of(&self, name: &str) -> Vec<ColliderHandle> {
+    pub(crate) fn colliders_of(&self, name: &str) -> Vec<ColliderHandle> {
         match name {
             TABLE => vec![self.table],
             HAND => self.hand.colliders().to_vec(),
