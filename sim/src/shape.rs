@@ -9,7 +9,7 @@ mod solid;
 use serde::Deserialize;
 
 pub use container::{Bin, Cup, Drawer, Handle};
-pub use solid::{Block, Cabinet, Cover, Cylinder, Housing, Lid, Mat, Sphere};
+pub use solid::{Block, Cabinet, Cover, Cylinder, Housing, Lid, Mat, Panel, Sphere};
 
 use crate::object::Object;
 
@@ -41,6 +41,8 @@ pub enum Shape {
     Drawer(Drawer),
     /// What a button slides in.
     Housing(Housing),
+    /// A plate with a bar: a door, the lid of a box, a lever.
+    Panel(Panel),
 }
 
 impl Shape {
@@ -58,6 +60,7 @@ impl Shape {
             Shape::Cabinet(shape) => shape.object(name),
             Shape::Drawer(shape) => shape.object(name),
             Shape::Housing(shape) => shape.object(name),
+            Shape::Panel(shape) => shape.object(name),
         }
     }
 }

@@ -3,9 +3,12 @@
 mod check;
 mod event;
 mod family;
+mod hinge;
 mod layers;
 mod names;
 mod object;
+mod perception;
+mod role;
 mod skill;
 mod slide;
 
@@ -20,11 +23,11 @@ use crate::error::TaskError;
 use crate::feature::WorldSchema;
 use crate::file::VariationFile;
 use crate::key::KeyPath;
-use crate::measure::GRIPPER;
 use crate::placement::HandStart;
 use crate::plant::Plant;
 use crate::setting::Setting;
 use crate::start::BORDER;
+use crate::view::GRIPPER;
 
 /// Names that mean something else where objects and skills are named.
 const RESERVED: [&str; 7] = [GRIPPER, "table", "hand", "arm", BORDER, "start", "end"];
@@ -39,11 +42,16 @@ impl<'a> Builder<'a> {
         let object_lists = layers.lists("object", &file.object, |v| &v.object);
         let object_files = self.merged(object_lists, "object", |object| &object.name, New::Last)?;
         let slide_files = self.merged_slides(layers.lists("joint", &file.joint, |v| &v.joint))?;
+        let hinge_files = self.merged_hinges(layers.lists("hinge", &file.hinge, |v| &v.hinge))?;
         let beads = layers.changed("beads", |v| &v.beads);
         let beads = beads.or_else(|| Some((root.field("beads"), file.beads.as_ref()?)));
-        let names = Names::new(&object_files, &slide_files, beads.is_some());
+        let names = Names::new(&object_files, &slide_files, &hinge_files, beads.is_some());
+        let role_lists = layers.lists("role", &file.role, |v| &v.role);
+        let role_files = self.merged(role_lists, "role", |role| &role.name, New::Last)?;
+        let roles = self.roles(&role_files, &object_files, &names)?;
         let objects = self.objects(&object_files)?;
         let slides = each(slide_files, |key, slide| self.slide(key, slide, &objects, &names))?;
+        let hinges = each(hinge_files, |key, hinge| self.hinge(key, hinge, &objects, &names))?;
         let beads = beads.map(|(key, beads)| self.beads(&key, beads, &names)).transpose()?;
 
         let skill_lists = layers.lists("skill", &file.skill, |v| &v.skill);
@@ -64,8 +72,10 @@ impl<'a> Builder<'a> {
             edit: variation.map_or(NeededEdit::None, |v| v.edit),
             analysis: variation.map_or(&file.analysis, |v| &v.analysis).trim().to_owned(),
             accepts_edges: variation.map(|v| v.accepts_edges.clone()).unwrap_or_default(),
+            roles,
             beads,
             slides,
+            hinges,
             magnets: each(magnets, |key, magnet| self.magnet(key, magnet, &names))?,
             events: each(events, |key, event| self.event(key, event, &names, &skills))?,
             premise: self.predicate(&premise_key, premise, &names)?,
@@ -76,6 +86,7 @@ impl<'a> Builder<'a> {
             interventions: each(interventions, |key, file| self.intervention(key, file, &names))?,
             time_limit: *time_limit,
             guard: self.guard(&root)?,
+            perception: self.perception(&root)?,
             plant: Plant::default(),
             solver_iterations: file.solver_iterations,
             hand: self.hand(&root)?,

@@ -44,6 +44,7 @@ mod file;
 mod file_kind;
 mod intervention;
 pub mod key;
+mod level;
 mod measure;
 mod moment;
 pub mod name;
@@ -51,13 +52,17 @@ mod placement;
 mod plant;
 mod predicate;
 mod registry;
+mod role;
 pub mod script;
 mod sequence;
 mod setting;
+mod sight;
 mod skill;
 mod start;
+mod stream;
 mod task;
 mod trial;
+mod view;
 mod vocabulary;
 
 pub use edit::NeededEdit;
@@ -65,21 +70,25 @@ pub use episode::{Episode, EpisodeSnapshot, RISE_FIRST};
 pub use error::TaskError;
 pub use event::{Event, Happening};
 pub use feature::{
-    FILL_SCALE, LENGTH_SCALE, OPENING_SCALE, SEEN_SCALE, SLIDE_SCALE, TILT_SCALE, WorldFeature, WorldSchema,
+    ANGLE_SCALE, FILL_SCALE, LENGTH_SCALE, OPENING_SCALE, SEEN_SCALE, SLIDE_SCALE, TILT_SCALE, WorldFeature,
+    WorldSchema,
 };
 pub use file_kind::FileKind;
 pub use intervention::Intervention;
-pub use measure::{GRIPPER, HELD_FORCE, ON_SLACK, REST_SPEED};
+pub use measure::{HELD_FORCE, ON_SLACK, REST_SPEED};
 pub use moment::Moment;
 pub use placement::{HandStart, Placed, Start};
 pub use plant::Plant;
 pub use predicate::{Condition, Measured, PRESSED_PART, Predicate, UPRIGHT_TILT};
 pub use registry::Registry;
+pub use role::ObjectRole;
 pub use sequence::VariationSequence;
 pub use setting::Setting;
+pub use sight::Perception;
 pub use skill::{KeyframeCommand, Skill};
 pub use task::Task;
 pub use trial::{Attempt, Trial, trial};
+pub use view::{GRIPPER, View};
 
 /// The words of the physics that the users of an episode need. So they need not know the physics itself.
 pub use situ_sim::{GripperCommand, MotionEnd, Pose, World};
