@@ -9,6 +9,7 @@
 //! measured on [`synthetic`] automata ([`cost`]) and held against baselines by the [`gate`].
 //!
 //! How to add a method, a task, a teacher or a table: [`extending`]. A task from nothing, step by step: [`tutorial`].
+//! All keys of a task file: [`task_files`].
 
 pub mod archive;
 pub mod calibration;
@@ -63,6 +64,8 @@ pub mod synthetic;
 pub mod tables;
 pub mod tally;
 pub mod teaching;
+#[doc = include_str!("../docs/task-files.md")]
+pub mod task_files {}
 #[doc = include_str!("../docs/tutorial.md")]
 pub mod tutorial {}
 pub mod tuition;

@@ -66,6 +66,12 @@ pub enum SimError {
         /// The object that was to turn.
         object: String,
     },
+    /// A mesh cannot be read, or is no body of convex groups.
+    #[error("mesh: {problem}")]
+    Mesh {
+        /// What is wrong with it, and what was expected.
+        problem: String,
+    },
     /// An object was to be pushed that cannot go straight.
     #[error("object `{object}`: it turns on a hinge, so it cannot be pushed along a line")]
     NoPush {

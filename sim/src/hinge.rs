@@ -27,8 +27,8 @@ const STICTION: f32 = 1e4;
 
 /// One object turns about an axis of another. Metres, radians, newtons.
 ///
-/// Friction works at any rate and holds the child where it is left. Damping grows with the rate. The spring draws to the
-/// start of the range. The two objects do not collide with each other.
+/// Friction works at any rate and holds the child where it is left. Damping grows with the rate. The spring draws to
+/// the start of the range. The two objects do not collide with each other.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Hinge {
@@ -72,8 +72,8 @@ pub(crate) struct Pivot {
 }
 
 impl Pivot {
-    /// Joins the bodies of a parent and of the child of this index, where they are. None where the engine refuses, as it
-    /// does a ring of hinges.
+    /// Joins the bodies of a parent and of the child of this index, where they are. None where the engine refuses, as
+    /// it does a ring of hinges.
     pub(crate) fn build(
         physics: &mut PhysicsWorld,
         hinge: &Hinge,
@@ -128,9 +128,9 @@ impl Hinge {
 
     /// The joint of the engine: it turns about its x axis, and its angle is 0 where the child is when it is made.
     ///
-    /// It is one of reduced coordinates. The engine's other joints lock five axes by impulses, and these do not converge
-    /// with a friction about the sixth: a lid that friction should hold sank by 0.02 rad/s, and a bar slipped from the
-    /// fingers.
+    /// It is one of reduced coordinates. The engine's other joints lock five axes by impulses, and these do not
+    /// converge with a friction about the sixth: a lid that friction should hold sank by 0.02 rad/s, and a bar slipped
+    /// from the fingers.
     fn pin(&self, place: &Pose, axis: &Vector3<f64>) -> GenericJoint {
         let limits = [-self.value, self.travel - self.value].map(|limit| limit as f32);
         self.joint(JointAxesMask::LOCKED_REVOLUTE_AXES, place, axis)

@@ -1,6 +1,7 @@
 //! What stands on the table: a named body made of convex parts, perhaps with room inside.
 
 use std::ops::RangeInclusive;
+use std::sync::Arc;
 
 use rapier3d::geometry::SharedShape;
 use rapier3d::math::{Rotation, Vector};
@@ -176,8 +177,8 @@ pub(crate) const MAX_SIZE: f64 = 2.0;
 /// The fewest and the most sides of a polygonal prism or a cup.
 pub(crate) const SIDES: RangeInclusive<u32> = 3..=64;
 
-/// A convex solid, centred on the origin of its part.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// A convex solid, centred on the origin of its part unless it is a hull.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Convex {
     /// A box.
     Cuboid {
@@ -205,6 +206,11 @@ pub enum Convex {
         /// Number of corners of the polygon, 3 to 64.
         sides: u32,
     },
+    /// The convex hull of points.
+    Hull {
+        /// The points, in the part's frame, metres.
+        corners: Arc<[[f64; 3]]>,
+    },
 }
 
 impl Convex {
@@ -221,6 +227,9 @@ impl Convex {
                 within(object, rule, &[radius, half_height], MIN_SIZE, MAX_SIZE)?;
                 let (low, high) = (f64::from(*SIDES.start()), f64::from(*SIDES.end()));
                 within(object, "a prism has 3 to 64 sides", &[f64::from(sides)], low, high)
+            }
+            Convex::Hull { ref corners } => {
+                within(object, "corners of a hull must be within 2 m", corners.as_flattened(), -MAX_SIZE, MAX_SIZE)
             }
         }
     }
@@ -249,6 +258,16 @@ impl Convex {
                     object: object.to_owned(),
                     what: "a prism must not be flat",
                     value: half_height,
+                })?;
+                (hull, EnginePose::IDENTITY)
+            }
+            Convex::Hull { ref corners } => {
+                let points: Vec<Vector> =
+                    corners.iter().map(|&[x, y, z]| Vector::new(x as f32, y as f32, z as f32)).collect();
+                let hull = SharedShape::convex_hull(&points).ok_or_else(|| SimError::BadValue {
+                    object: object.to_owned(),
+                    what: "a hull must not be flat",
+                    value: points.len() as f64,
                 })?;
                 (hull, EnginePose::IDENTITY)
             }

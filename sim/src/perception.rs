@@ -51,8 +51,8 @@ impl World {
     }
 
     /// Whether something stands between a place (metres, world frame) and the middle of an object's box along the
-    /// world's axes: another object, a bead, the hand or the arm. The object itself, the table and marks hide nothing. One
-    /// that is not there is hidden.
+    /// world's axes: another object, a bead, the hand or the arm. The object itself, the table and marks hide nothing.
+    /// One that is not there is hidden.
     pub fn is_hidden(&self, object: &str, eye: [f64; 3]) -> bool {
         let (Some(body), Some([low, high])) = (self.body(object), self.bounds(object)) else { return true };
         let (from, to) = (Vector3::from(eye), 0.5 * (Vector3::from(low) + Vector3::from(high)));

@@ -1,12 +1,12 @@
 //! Rolling friction: the torque that a surface sets against a ball that rolls on it. The engine has none.
 //!
-//! A contact that presses with the normal force N can resist rolling with a torque of up to μ N r, where r is the ball's
-//! radius and μ its coefficient of rolling friction, a number without unit. On a level plane a solid ball that rolls
-//! without slipping slows down by 5/7 μ g, and on a slope of less than atan(μ) it stays where it is. The torque acts on
-//! the ball, and its opposite on what the ball rolls on. It is no friction against spinning about the normal.
+//! A contact that presses with the normal force N can resist rolling with a torque of up to μ N r, where r is the
+//! ball's radius and μ its coefficient of rolling friction, a number without unit. On a level plane a solid ball that
+//! rolls without slipping slows down by 5/7 μ g, and on a slope of less than atan(μ) it stays where it is. The torque
+//! acts on the ball, and its opposite on what the ball rolls on. It is no friction against spinning about the normal.
 //!
-//! Two things are approximate. The normal forces are those of the step before. Where several things touch the ball, they
-//! resist together, with the sum of their limits, about the mean of their normals.
+//! Two things are approximate. The normal forces are those of the step before. Where several things touch the ball,
+//! they resist together, with the sum of their limits, about the mean of their normals.
 
 use nalgebra::Vector3;
 use rapier3d::prelude::{PhysicsWorld, RigidBodyHandle};

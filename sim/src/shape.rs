@@ -3,12 +3,14 @@
 //! Metres, radians, kg/m³. A new kind is a struct in a file below this one, and a variant here.
 
 mod container;
+mod mesh;
 mod number;
 mod solid;
 
 use serde::Deserialize;
 
 pub use container::{Bin, Cup, Drawer, Handle};
+pub use mesh::{Corners, Mesh, MeshFormat};
 pub use solid::{Block, Cabinet, Cover, Cylinder, Housing, Lid, Mat, Panel, Sphere};
 
 use crate::object::Object;
@@ -43,6 +45,8 @@ pub enum Shape {
     Housing(Housing),
     /// A plate with a bar: a door, the lid of a box, a lever.
     Panel(Panel),
+    /// What a file of triangles shows.
+    Mesh(Mesh),
 }
 
 impl Shape {
@@ -61,6 +65,7 @@ impl Shape {
             Shape::Drawer(shape) => shape.object(name),
             Shape::Housing(shape) => shape.object(name),
             Shape::Panel(shape) => shape.object(name),
+            Shape::Mesh(shape) => shape.object(name),
         }
     }
 }

@@ -169,8 +169,8 @@ impl World {
     /// What is in it comes along. A push replaces one that is under way for the same object.
     ///
     /// # Errors
-    /// There is no such object, it turns on a hinge, the displacement leads out of the workshop, or the duration is not between 0.01 and 60
-    /// s.
+    /// There is no such object, it turns on a hinge, the displacement leads out of the workshop, or the duration is not
+    /// between 0.01 and 60 s.
     pub fn push(&mut self, object: &str, displacement: [f64; 3], seconds: f64) -> Result<(), SimError> {
         let index = self.index(object)?;
         if self.pivots.iter().any(|pivot| pivot.child == index) {

@@ -218,8 +218,8 @@ fn is_over(end: MotionEnd) -> bool {
     !end.goes_on()
 }
 
-/// Another reference of the scene, named by mistake: an object, or the role that it can fill. `which` is its place among
-/// the others, from 0 to 1. None in a scene of one object.
+/// Another reference of the scene, named by mistake: an object, or the role that it can fill. `which` is its place
+/// among the others, from 0 to 1. None in a scene of one object.
 fn another(episode: &Episode, right: &str, which: f64) -> Option<(Arc<str>, Pose)> {
     let setting = episode.setting();
     let mut others: Vec<&str> = Vec::new();

@@ -214,7 +214,7 @@ mod tests {
     const REFERENCE: &str = include_str!("../../bench/docs/task-files.md");
 
     /// Where the reference names the keys of a record: the heading of the section, and the row where it has one alone.
-    const PLACES: [(&str, &str, &str); 35] = [
+    const PLACES: [(&str, &str, &str); 36] = [
         ("TaskFile", "## The file", ""),
         ("HandStart", "## The file", "| `[gripper]`"),
         ("Guard", "## The file", "| `[guard]`"),
@@ -232,6 +232,7 @@ mod tests {
         ("Cover", "## Shapes", "| `cover`"),
         ("Mat", "## Shapes", "| `mat`"),
         ("Panel", "## Shapes", "| `panel`"),
+        ("Mesh", "## Shapes", "| `mesh`"),
         ("Cabinet", "## Shapes", "| `cabinet`"),
         ("Drawer", "## Shapes", "| `drawer`"),
         ("Housing", "## Shapes", "| `housing`"),

@@ -6,9 +6,9 @@ use situ_sim::{Pose, Symmetry, pose_at, rotation_about};
 /// A pose with its z axis made vertical: the position, and the heading of the x axis. Where x points up or down, the
 /// heading of the y axis.
 ///
-/// Keyframes are relative to it. So a block that lies on another face is picked like any other. Poses of an object with a
-/// symmetry that look alike have the same level: that of the canonical one, or, where the axis of the symmetry lies, the
-/// heading of that axis.
+/// Keyframes are relative to it. So a block that lies on another face is picked like any other. Poses of an object with
+/// a symmetry that look alike have the same level: that of the canonical one, or, where the axis of the symmetry lies,
+/// the heading of that axis.
 pub(crate) fn level(pose: &Pose, symmetry: Option<&Symmetry>) -> Pose {
     /// An axis that is shorter than this in the plane has no clear heading: it is steeper than 60°.
     const LEAST: f64 = 0.5;

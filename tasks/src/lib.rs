@@ -21,14 +21,15 @@
 //!
 //! Lengths are metres, angles radians, forces newtons, densities kg/m³. `[[object]]` has a `shape`
 //! ([`situ_sim::Shape`]) and a `start` region. `[[joint]]` lets one object slide along another. `[beads]` fills a
-//! container. `[[magnet]]` holds a lid. `observe` lists the observed features. `[guard]` says at which forces a motion
-//! ends. `premise` and `goal` are conditions ([`Predicate`]; [`Condition`] lists the words). `[[skill]]` is one skill
-//! of the teacher's program. `[[event]]` happens once (`push` with `by`, or `drop`). `[[intervention]]` is a moment at
-//! which a watching teacher stops the robot. `[[variation]]` may hold all of these except `observe` and
-//! `[guard]`. An object or a
-//! skill of a known name replaces that one, and so does a `[[joint]]` of an object that slides already. New objects
-//! come last, new skills first. The other lists are appended. `[[sequence]]` names variations that a robot meets one
-//! after another.
+//! container. `[[magnet]]` holds a lid. `[[hinge]]` lets one object turn on another, `[[role]]` speaks of whichever of
+//! several objects is due, and `[perception]` is a camera that sees with noise. `observe` lists the observed features.
+//! `[guard]` says at which forces a motion ends. `premise` and `goal` are conditions ([`Predicate`]; [`Condition`]
+//! lists the words). `[[skill]]` is one skill of the teacher's program. `[[event]]` happens once (`push` with `by`, or
+//! `drop`). `[[intervention]]` is a moment at which a watching teacher stops the robot. `[[variation]]` may hold all of
+//! these except `observe`, `[guard]` and `[perception]`. An object or a skill of a known name replaces that one, and so
+//! does a `[[joint]]` of an object that slides already. New objects come last, new skills first. The other lists are
+//! appended. `[[sequence]]` names variations that a robot meets one after another. Every key with its unit and frame:
+//! `bench/docs/task-files.md`.
 //!
 //! The file does not say what carries the hand ([`Plant`]). By default an arm does, and a keyframe may be out of its
 //! reach.

@@ -84,24 +84,28 @@ fn place_in(view: &View<'_>, a: &str, b: &str) -> Option<Vector3<f64>> {
 /// circle about a plank alone would hold places beside its long sides, where nothing can lie on it.
 fn is_within_rectangle(parts: &[Part], place: &Vector3<f64>) -> bool {
     [0, 1].iter().all(|&axis| {
-        let ends = parts.iter().map(|part| (part.pose.translation.vector[axis], half_extent(part, axis)));
-        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (middle, half)| {
-            (low.min(middle - half), high.max(middle + half))
-        });
+        let ends = parts.iter().map(|part| extent(part, axis));
+        let (low, high) = ends
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (least, most)| (low.min(least), high.max(most)));
         (low..=high).contains(&place[axis])
     })
 }
 
-/// How far a part reaches to either side of its middle along an axis of its object, in metres.
-fn half_extent(part: &Part, axis: usize) -> f64 {
-    let turn = part.pose.rotation.to_rotation_matrix();
+/// From where to where a part reaches along an axis of its object, in metres.
+fn extent(part: &Part, axis: usize) -> (f64, f64) {
+    let (turn, middle) = (part.pose.rotation.to_rotation_matrix(), part.pose.translation.vector[axis]);
     let along = |half: [f64; 3]| (0..3).map(|k| turn[(axis, k)].abs() * half[k]).sum();
-    match part.shape {
+    let half: f64 = match part.shape {
         Convex::Cuboid { half } => along(half),
         Convex::Ball { radius } => radius,
         // The box about it.
         Convex::Cylinder { radius, half_height } | Convex::Prism { radius, half_height, .. } => {
             along([radius, radius, half_height])
         }
-    }
+        Convex::Hull { ref corners } => {
+            let places = corners.iter().map(|corner| middle + (0..3).map(|k| turn[(axis, k)] * corner[k]).sum::<f64>());
+            return places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)));
+        }
+    };
+    (middle - half, middle + half)
 }

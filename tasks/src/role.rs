@@ -12,8 +12,8 @@ pub(crate) const IT: &str = "it";
 
 /// A role that several objects can fill, one at a time: the ball that is to be put away next.
 ///
-/// The role is filled by an object that is still to be done: one that is in the hand, or for which `done` does not hold.
-/// Of these it is the first in the hand; where none is, the one whose origin is nearest to the TCP; where two are
+/// The role is filled by an object that is still to be done: one that is in the hand, or for which `done` does not
+/// hold. Of these it is the first in the hand; where none is, the one whose origin is nearest to the TCP; where two are
 /// equally near, the one that the file lists first. Where all are done, nothing fills the role, and it is as an object
 /// that is not there. A robot can know all that: what it holds, and where things are.
 #[derive(Debug, Clone, PartialEq)]

@@ -70,7 +70,8 @@ impl ScriptRecord {
 /// How the frame of a skill's reference object is seen: by a person, or by the robot.
 type Sees = fn(&Episode, &str) -> Option<Pose>;
 
-/// Runs the program of the competent teacher, who sees things as they are: again and again the first skill that may run, until the goal holds.
+/// Runs the program of the competent teacher, who sees things as they are: again and again the first skill that may
+/// run, until the goal holds.
 pub fn competent(episode: &mut Episode, observer: &mut dyn FnMut(&World)) -> ScriptRecord {
     let mut record = ScriptRecord::new();
     loop {

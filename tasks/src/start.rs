@@ -128,8 +128,8 @@ fn put(setting: &Setting, placed: &Placed, seed: u64, world: &mut World) -> Resu
     Ok(())
 }
 
-/// The body of an object, with the mass and the friction that this start gives it. Each has a stream of its own, so that
-/// the object's place does not depend on whether they vary.
+/// The body of an object, with the mass and the friction that this start gives it. Each has a stream of its own, so
+/// that the object's place does not depend on whether they vary.
 fn material(placed: &Placed, seed: u64) -> Object {
     let body = placed.body.clone();
     let factor = |range: Option<[f64; 2]>, what: &str| {
@@ -176,7 +176,8 @@ fn along_slide(setting: &Setting, name: &str, place: Pose, world: &World) -> Pos
     }
 }
 
-/// The pose of an object that starts further about its hinge than its place at value 0. For any other object, its place.
+/// The pose of an object that starts further about its hinge than its place at value 0. For any other object, its
+/// place.
 fn about_hinge(setting: &Setting, name: &str, place: Pose, world: &World) -> Pose {
     let hinge = setting.hinges.iter().find(|hinge| hinge.child == name);
     match hinge.and_then(|hinge| Some((hinge, world.pose(&hinge.parent)?))) {

@@ -7,6 +7,7 @@ mod common;
 mod grasp;
 mod hinge;
 mod lid;
+mod mesh;
 mod motion;
 mod pour;
 mod push;

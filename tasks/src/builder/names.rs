@@ -62,7 +62,9 @@ impl Names {
 
     /// What is wrong with a name in this role, if anything.
     pub(super) fn mistake(&self, name: &str, role: Role) -> Option<String> {
+        // An object's own name stands for the object, even where a role has the same by mistake.
         if role != Role::Body
+            && !self.objects.contains_key(name)
             && let Some(objects) = self.roles.get(name)
         {
             return objects.iter().find_map(|object| self.mistake(object, role));

@@ -227,3 +227,27 @@ fn what_is_hidden_is_where_it_was_seen_last() {
     assert_eq!((episode.reference_pose("jar"), observed(&episode, "seen(jar)")), (None, 0.0));
     assert!(episode.true_reference_pose("jar").is_some());
 }
+
+/// The text of a task says which meshes it is made of, so that a hash of it covers them.
+#[test]
+fn the_text_of_a_task_covers_its_meshes() {
+    let copy = |mesh: &dyn Fn(String) -> String| {
+        let copied = tempfile::tempdir().expect("a folder");
+        for name in ["figure.toml", "figure.obj"] {
+            let text = std::fs::read_to_string(folder().join(name)).expect("it is there");
+            let text = if name.ends_with("obj") { mesh(text) } else { text };
+            std::fs::write(copied.path().join(name), text).expect("written");
+        }
+        let registry = Registry::default().with_dir(copied.path()).expect("sound");
+        (registry.text("figure").expect("known").to_owned(), registry.get("figure").expect("known").meshes().clone())
+    };
+    let (own, meshes) = copy(&|text| text);
+    assert!(own.contains(&format!("\n# mesh figure.obj {}\n", meshes["figure.obj"])), "{own}");
+    assert_eq!(copy(&|text| text).0, own);
+    assert_ne!(copy(&|text| format!("# a remark\n{text}")).0, own, "another file is another task");
+    assert_ne!(copy(&|text| text.replace("70.0000", "71.0000")).0, own);
+    assert_eq!(
+        registry().text("balls").map(str::len),
+        std::fs::read_to_string(folder().join("balls.toml")).ok().map(|t| t.len())
+    );
+}

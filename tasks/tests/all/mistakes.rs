@@ -381,3 +381,24 @@ fn hinges() {
                 by = [0.1, 0.0, 0.0]\nseconds = 1.0\n\n[[variation]]";
     chest("[[variation]]", push, "push = \"lid\"", "event[0].push", "turns on a hinge");
 }
+
+#[test]
+fn meshes() {
+    let figure = include_str!("../data/figure.toml");
+    let wrong = |to: &str, expected: &str| {
+        reports_in(figure, "file = \"figure.obj\"", to, to, "object[1].shape.mesh.file", expected);
+    };
+    wrong("file = \"figure.ply\"", "ends in .obj or .stl");
+    wrong("file = \"../figure.obj\"", "in the folder of this one");
+    wrong("file = \"/figure.obj\"", "in the folder of this one");
+    wrong("file = \"figure.obj\"", "cannot read folder/figure.obj");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data");
+    let read = |from: &str, to: &str| {
+        Task::parse(&figure.replacen(from, to, 1), &folder.join("figure.toml")).map_err(|error| error.to_string())
+    };
+    assert!(read("", "").is_ok());
+    let far = read("scale = 0.001", "scale = 1.0").expect_err("30 m");
+    assert!(far.contains("figure.toml:20: `object[1].shape.mesh.file`: ") && far.contains("expected `scale`"), "{far}");
+    let loose = read("scale = 0.001", "scale = 0.001, tolerance = 0.2").expect_err("too loose");
+    assert!(loose.contains("expected at most 0.1 m"), "{loose}");
+}

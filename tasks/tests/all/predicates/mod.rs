@@ -56,7 +56,8 @@ fn each_condition_agrees_with_the_labels() {
     assert!(complaints.is_empty(), "{}", complaints.join("\n"));
 }
 
-/// `not`, `all`, `any` and `at_least` are logic: their truth table, over one condition that holds and one that does not.
+/// `not`, `all`, `any` and `at_least` are logic: their truth table, over one condition that holds and one that does
+/// not.
 #[test]
 fn logic() {
     let scene = Scene::start("sort_blocks", None, SEEDS[0]);
