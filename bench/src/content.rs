@@ -13,7 +13,9 @@
 //! The hashes are of the files of the task and the teacher, and of what the protocol says about each of its runs: its
 //! text as canonical TOML, without comments, without its name and prose, and without the keys that choose which runs
 //! there are. So a protocol that gets more seeds has the same runs as before, and more; one with another budget has
-//! others. The content of an update of a synthetic automaton is its names: they say all of it.
+//! others. The text of a task that uses meshes is that of its file and a line of comment for each mesh, with the
+//! SHA-256 of the mesh's file ([`situ_tasks::Registry::text`]). The content of an update of a synthetic automaton is
+//! its names: they say all of it.
 
 use situ_tasks::Plant;
 

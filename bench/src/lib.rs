@@ -10,6 +10,7 @@
 //!
 //! How to add a method, a task, a teacher or a table: [`extending`]; a method in another language: [`methods_page`],
 //! [`external`]. A task from nothing, step by step: [`tutorial`].
+//! All keys of a task file: [`task_files`].
 
 pub mod archive;
 pub mod calibration;
@@ -71,6 +72,8 @@ pub mod synthetic;
 pub mod tables;
 pub mod tally;
 pub mod teaching;
+#[doc = include_str!("../docs/task-files.md")]
+pub mod task_files {}
 #[doc = include_str!("../docs/tutorial.md")]
 pub mod tutorial {}
 pub mod track;

@@ -60,6 +60,24 @@ pub enum SimError {
         /// The object that was to slide.
         object: String,
     },
+    /// An object was to turn that cannot.
+    #[error("object `{object}`: it cannot turn, for it is fixed, slides or turns already, or was to turn about itself")]
+    NoHinge {
+        /// The object that was to turn.
+        object: String,
+    },
+    /// A mesh cannot be read, or is no body of convex groups.
+    #[error("mesh: {problem}")]
+    Mesh {
+        /// What is wrong with it, and what was expected.
+        problem: String,
+    },
+    /// An object was to be pushed that cannot go straight.
+    #[error("object `{object}`: it turns on a hinge, so it cannot be pushed along a line")]
+    NoPush {
+        /// The object that was to be pushed.
+        object: String,
+    },
     /// An arm cannot be read, or cannot be mounted.
     #[error("arm: {reason}")]
     Arm {

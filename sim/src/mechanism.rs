@@ -175,7 +175,7 @@ impl Slide {
 }
 
 /// The shortest turn from the x axis to a direction of unit length.
-fn from_x_to(axis: &Vector3<f64>) -> UnitQuaternion<f64> {
+pub(crate) fn from_x_to(axis: &Vector3<f64>) -> UnitQuaternion<f64> {
     /// Within this of −x the axis of the turn has no direction to speak of. Any axis across x will do.
     const OPPOSITE: f64 = 1e-9;
     if 1.0 + axis.x < OPPOSITE {

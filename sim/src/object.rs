@@ -1,6 +1,7 @@
 //! What stands on the table: a named body made of convex parts, perhaps with room inside.
 
 use std::ops::RangeInclusive;
+use std::sync::Arc;
 
 use rapier3d::geometry::SharedShape;
 use rapier3d::math::{Rotation, Vector};
@@ -9,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{SimError, check_pose, within};
 use crate::frame::{Pose, pose_at};
+use crate::symmetry::Symmetry;
 
 /// The most parts that an object may have: a cup of 64 walls with floor and handle.
 const MAX_PARTS: usize = 72;
@@ -50,13 +52,27 @@ pub struct Object {
     pub container: Option<Interior>,
     /// What another object can be on.
     pub outline: Outline,
+    /// What keeps it from rolling for ever, if something does. It is a ball, then.
+    pub rolling: Option<Rolling>,
+    /// The turns after which it looks as before, if there are some.
+    pub symmetry: Option<Symmetry>,
+}
+
+/// How a ball rolls.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Rolling {
+    /// Radius of the ball in metres.
+    pub radius: f64,
+    /// Coefficient of rolling friction, without unit: a contact that presses with the force N resists with a torque of
+    /// up to this times N times the radius.
+    pub friction: f64,
 }
 
 impl Object {
     /// A brick-red object that moves by forces and is no container.
     pub fn new(name: impl Into<String>, parts: Vec<Part>, outline: Outline) -> Object {
         let (mobility, color) = (Mobility::Dynamic, [201, 76, 60]);
-        Object { name: name.into(), mobility, parts, color, container: None, outline }
+        Object { name: name.into(), mobility, parts, color, container: None, outline, rolling: None, symmetry: None }
     }
 
     /// The same object in another colour.
@@ -67,6 +83,23 @@ impl Object {
     /// The same object as a container.
     pub fn with_room(self, room: Interior) -> Object {
         Object { container: Some(room), ..self }
+    }
+
+    /// The same object of other material: all densities and all coefficients of friction times these factors. The
+    /// coefficient of rolling friction stays.
+    pub fn with_material(self, density: f64, friction: f64) -> Object {
+        let scaled = |part: Part| Part { density: density * part.density, friction: friction * part.friction, ..part };
+        Object { parts: self.parts.into_iter().map(scaled).collect(), ..self }
+    }
+
+    /// The same object as a ball that does not roll for ever.
+    pub fn with_rolling(self, rolling: Rolling) -> Object {
+        Object { rolling: Some(rolling), ..self }
+    }
+
+    /// The same object, known to look as before after some turns.
+    pub fn with_symmetry(self, symmetry: Symmetry) -> Object {
+        Object { symmetry: Some(symmetry), ..self }
     }
 
     /// The same object, immovable: a stand, a bin screwed to the table.
@@ -85,6 +118,11 @@ impl Object {
         if self.mobility == Mobility::Dynamic && !self.parts.iter().any(|part| part.solid && part.density > 0.0) {
             return refuse("a dynamic object needs a solid part of positive density", 0.0);
         }
+        if let Some(Rolling { radius, friction }) = &self.rolling {
+            within(&self.name, "a ball's radius must be 0.0002 m to 2 m", &[*radius], MIN_SIZE, MAX_SIZE)?;
+            within(&self.name, "rolling friction must be 0 to 1", &[*friction], 0.0, MAX_ROLLING)?;
+        }
+        self.symmetry.map_or(Ok(()), |symmetry| symmetry.check(&self.name))?;
         self.container.as_ref().map_or(Ok(()), |interior| interior.check(&self.name))
     }
 }
@@ -93,6 +131,9 @@ impl Object {
 const MAX_DENSITY: f64 = 3e4;
 /// The largest coefficient of friction (rubber on rubber is about 2).
 const MAX_FRICTION: f64 = 5.0;
+
+/// The largest coefficient of rolling friction. A ball with more would rather slip: 1 is what a cube has on its edge.
+const MAX_ROLLING: f64 = 1.0;
 
 /// One convex piece of an object.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -136,8 +177,8 @@ pub(crate) const MAX_SIZE: f64 = 2.0;
 /// The fewest and the most sides of a polygonal prism or a cup.
 pub(crate) const SIDES: RangeInclusive<u32> = 3..=64;
 
-/// A convex solid, centred on the origin of its part.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// A convex solid, centred on the origin of its part unless it is a hull.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Convex {
     /// A box.
     Cuboid {
@@ -165,6 +206,11 @@ pub enum Convex {
         /// Number of corners of the polygon, 3 to 64.
         sides: u32,
     },
+    /// The convex hull of points.
+    Hull {
+        /// The points, in the part's frame, metres.
+        corners: Arc<[[f64; 3]]>,
+    },
 }
 
 impl Convex {
@@ -181,6 +227,9 @@ impl Convex {
                 within(object, rule, &[radius, half_height], MIN_SIZE, MAX_SIZE)?;
                 let (low, high) = (f64::from(*SIDES.start()), f64::from(*SIDES.end()));
                 within(object, "a prism has 3 to 64 sides", &[f64::from(sides)], low, high)
+            }
+            Convex::Hull { ref corners } => {
+                within(object, "corners of a hull must be within 2 m", corners.as_flattened(), -MAX_SIZE, MAX_SIZE)
             }
         }
     }
@@ -209,6 +258,16 @@ impl Convex {
                     object: object.to_owned(),
                     what: "a prism must not be flat",
                     value: half_height,
+                })?;
+                (hull, EnginePose::IDENTITY)
+            }
+            Convex::Hull { ref corners } => {
+                let points: Vec<Vector> =
+                    corners.iter().map(|&[x, y, z]| Vector::new(x as f32, y as f32, z as f32)).collect();
+                let hull = SharedShape::convex_hull(&points).ok_or_else(|| SimError::BadValue {
+                    object: object.to_owned(),
+                    what: "a hull must not be flat",
+                    value: points.len() as f64,
                 })?;
                 (hull, EnginePose::IDENTITY)
             }

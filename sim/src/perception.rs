@@ -3,14 +3,16 @@
 use std::collections::BTreeSet;
 
 use nalgebra::{Point3, Vector3};
-use rapier3d::geometry::ContactPair;
+use rapier3d::geometry::{ContactPair, Group, Ray};
 use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::parry::query::contact;
 use rapier3d::prelude::{Collider, ColliderHandle, Pose as EnginePose, RigidBodyHandle};
 
 use crate::arm::Configuration;
-use crate::frame::{Pose, from_engine, from_engine_vector};
+use crate::camera::meet;
+use crate::frame::{Pose, from_engine, from_engine_vector, to_engine_vector};
 use crate::hand::GripperCommand;
+use crate::hinge::Pivot;
 use crate::mechanism::Guide;
 use crate::object::Object;
 use crate::step::DT;
@@ -46,6 +48,21 @@ impl World {
         let boxes = self.colliders_of(name).into_iter().map(|collider| self.physics.colliders[collider].compute_aabb());
         let bounds = boxes.reduce(|sum, next| sum.merged(&next))?;
         Some([bounds.mins, bounds.maxs].map(|corner| from_engine_vector(corner).into()))
+    }
+
+    /// Whether something stands between a place (metres, world frame) and the middle of an object's box along the
+    /// world's axes: another object, a bead, the hand or the arm. The object itself, the table and marks hide nothing.
+    /// One that is not there is hidden.
+    pub fn is_hidden(&self, object: &str, eye: [f64; 3]) -> bool {
+        let (Some(body), Some([low, high])) = (self.body(object), self.bounds(object)) else { return true };
+        let (from, to) = (Vector3::from(eye), 0.5 * (Vector3::from(low) + Vector3::from(high)));
+        let ray = Ray::new(to_engine_vector(&from), to_engine_vector(&(to - from)));
+        self.physics.colliders.iter().any(|(_, collider)| {
+            let is_mark = collider.collision_groups().memberships == Group::NONE;
+            let hides = collider.parent() != Some(body) && Tag::decode(collider.user_data) != Tag::Table && !is_mark;
+            // The ray is as long as its direction: beyond 1 is behind the middle.
+            hides && meet(collider, &ray, 1.0).is_some()
+        })
     }
 
     /// Speed of the object's centre of mass in m/s.
@@ -171,6 +188,21 @@ impl World {
         self.guide(object).map(|guide| guide.travel)
     }
 
+    /// How far an object that turns is from the start of its range, in radians; none if it has no hinge.
+    pub fn hinge_value(&self, object: &str) -> Option<f64> {
+        self.pivot(object).map(|pivot| pivot.value(&self.physics))
+    }
+
+    /// Length of the range of an object that turns, in radians; none if it has no hinge.
+    pub fn hinge_travel(&self, object: &str) -> Option<f64> {
+        self.pivot(object).map(|pivot| pivot.travel)
+    }
+
+    fn pivot(&self, object: &str) -> Option<&Pivot> {
+        let child = *self.names.get(object)?;
+        self.pivots.iter().find(|pivot| pivot.child == child)
+    }
+
     fn guide(&self, object: &str) -> Option<&Guide> {
         let child = *self.names.get(object)?;
         self.guides.iter().find(|guide| guide.child == child)
@@ -260,6 +292,9 @@ impl World {
     fn is_joined(&self, first: &Collider, second: &Collider) -> bool {
         let bodies = [first.parent(), second.parent()];
         let joins = |one: RigidBodyHandle, other: RigidBodyHandle| bodies == [Some(one), Some(other)];
+        if self.pivots.iter().any(|&Pivot { bodies: [one, other], .. }| joins(one, other) || joins(other, one)) {
+            return true;
+        }
         self.physics.impulse_joints.iter().any(|(_, joint)| {
             !joint.data.contacts_enabled && (joins(joint.body1(), joint.body2()) || joins(joint.body2(), joint.body1()))
         })

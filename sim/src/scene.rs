@@ -11,8 +11,10 @@ use crate::beads::Beads;
 use crate::error::{SimError, check_pose, within};
 use crate::frame::{Pose, from_engine, to_engine, to_engine_vector};
 use crate::hand::Guard;
+use crate::hinge::{Hinge, Pivot};
 use crate::mechanism::{Bond, Guide, Magnet, Slide};
 use crate::object::{Mobility, Object};
+use crate::rolling::Roller;
 use crate::tag::{ARM, HAND, TABLE, Tag};
 use crate::world::{Entry, LENGTH_UNIT, World};
 
@@ -61,6 +63,9 @@ impl World {
         let body = self.physics.insert_body(body.pose(to_engine(&pose)));
         for collider in colliders {
             self.physics.insert_collider(collider, Some(body));
+        }
+        if let Some(rolling) = object.rolling.filter(|rolling| rolling.friction > 0.0) {
+            self.rollers.push(Roller { body, radius: rolling.radius, friction: rolling.friction });
         }
         self.names.insert(object.name.clone(), index);
         self.entries.push(Entry { object, body });
@@ -136,13 +141,38 @@ impl World {
     pub fn slide(&mut self, slide: &Slide) -> Result<(), SimError> {
         let (parent, child) = (self.index(&slide.parent)?, self.index(&slide.child)?);
         slide.check()?;
-        let taken = self.guides.iter().any(|guide| guide.child == child);
-        if parent == child || taken || self.entries[child].object.mobility == Mobility::Fixed {
+        if !self.may_be_joined(parent, child) {
             return Err(SimError::NoSlide { object: slide.child.clone() });
         }
         let bodies = [parent, child].map(|index| self.entries[index].body);
         self.guides.push(Guide::build(&mut self.physics, slide, child, bodies));
         Ok(())
+    }
+
+    /// Lets one object turn about an axis of another. The child stays where it is: that place is `value` of the hinge.
+    ///
+    /// # Errors
+    /// One of the objects does not exist, they are the same, the child is fixed or slides or turns already, or a number
+    /// is impossible.
+    pub fn hinge(&mut self, hinge: &Hinge) -> Result<(), SimError> {
+        let (parent, child) = (self.index(&hinge.parent)?, self.index(&hinge.child)?);
+        hinge.check()?;
+        if !self.may_be_joined(parent, child) {
+            return Err(SimError::NoHinge { object: hinge.child.clone() });
+        }
+        let bodies = [parent, child].map(|index| self.entries[index].body);
+        let pivot = Pivot::build(&mut self.physics, hinge, child, bodies);
+        self.pivots.push(pivot.ok_or_else(|| SimError::NoHinge { object: hinge.child.clone() })?);
+        Ok(())
+    }
+
+    /// Whether an object moves, is another than its parent, and has neither slide nor hinge.
+    fn may_be_joined(&self, parent: usize, child: usize) -> bool {
+        let slides = self.guides.iter().map(|guide| guide.child);
+        let mut joined = slides.chain(self.pivots.iter().map(|pivot| pivot.child));
+        parent != child
+            && !joined.any(|other| other == child)
+            && self.entries[child].object.mobility == Mobility::Dynamic
     }
 
     /// Mounts an arm that carries the hand, from now on: motions keep to what it can reach and go round what it would

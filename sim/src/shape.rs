@@ -3,13 +3,15 @@
 //! Metres, radians, kg/m³. A new kind is a struct in a file below this one, and a variant here.
 
 mod container;
+mod mesh;
 mod number;
 mod solid;
 
 use serde::Deserialize;
 
 pub use container::{Bin, Cup, Drawer, Handle};
-pub use solid::{Block, Cabinet, Cover, Cylinder, Housing, Lid, Mat, Sphere};
+pub use mesh::{Corners, Mesh, MeshFormat};
+pub use solid::{Block, Cabinet, Cover, Cylinder, Housing, Lid, Mat, Panel, Sphere};
 
 use crate::object::Object;
 
@@ -41,6 +43,10 @@ pub enum Shape {
     Drawer(Drawer),
     /// What a button slides in.
     Housing(Housing),
+    /// A plate with a bar: a door, the lid of a box, a lever.
+    Panel(Panel),
+    /// What a file of triangles shows.
+    Mesh(Mesh),
 }
 
 impl Shape {
@@ -58,6 +64,8 @@ impl Shape {
             Shape::Cabinet(shape) => shape.object(name),
             Shape::Drawer(shape) => shape.object(name),
             Shape::Housing(shape) => shape.object(name),
+            Shape::Panel(shape) => shape.object(name),
+            Shape::Mesh(shape) => shape.object(name),
         }
     }
 }

@@ -13,8 +13,10 @@ use crate::arm::Arm;
 use crate::error::{SimError, check_pose, within};
 use crate::frame::{self, from_engine};
 use crate::hand::{GripperCommand, Guard, Hand};
+use crate::hinge::Pivot;
 use crate::mechanism::{Bond, Guide, Push};
 use crate::object::{Mobility, Object};
+use crate::rolling::{self, Roller};
 use crate::step::{DT, steps_in};
 use crate::tag::Tag;
 
@@ -63,6 +65,8 @@ pub struct World {
     pub(crate) bonds: Vec<Bond>,
     pub(crate) pushes: Vec<Push>,
     pub(crate) guides: Vec<Guide>,
+    pub(crate) pivots: Vec<Pivot>,
+    pub(crate) rollers: Vec<Roller>,
     pub(crate) guard: Guard,
     pub(crate) steps: u64,
     pub(crate) table: ColliderHandle,
@@ -108,13 +112,15 @@ impl World {
             bonds: Vec::new(),
             pushes: Vec::new(),
             guides: Vec::new(),
+            pivots: Vec::new(),
+            rollers: Vec::new(),
             guard: Guard::default(),
             steps: 0,
             table,
         }
     }
 
-    /// One step of 1/240 s: the controllers of hand and arm, magnets, pushes, physics.
+    /// One step of 1/240 s: the controllers of hand and arm, magnets, pushes, rolling friction, physics.
     pub fn step(&mut self) {
         self.hand.drive(&mut self.physics);
         if let Some(arm) = &self.arm {
@@ -133,7 +139,12 @@ impl World {
         for push in &mut self.pushes {
             push.drive(&mut self.physics, self.entries[push.object].body);
         }
+        let mut turned = Vec::new();
+        for roller in &self.rollers {
+            turned.extend(roller.resist(&mut self.physics));
+        }
         self.physics.step();
+        rolling::release(&mut self.physics, &turned);
         let (physics, entries) = (&mut self.physics, &self.entries);
         self.pushes.retain(|push| !push.finish(physics, entries[push.object].body));
         self.hand.feel(&self.physics, self.arm.as_ref().map_or(&[], |arm| &arm.colliders));
@@ -158,10 +169,13 @@ impl World {
     /// What is in it comes along. A push replaces one that is under way for the same object.
     ///
     /// # Errors
-    /// There is no such object, the displacement leads out of the workshop, or the duration is not between 0.01 and 60
-    /// s.
+    /// There is no such object, it turns on a hinge, the displacement leads out of the workshop, or the duration is not
+    /// between 0.01 and 60 s.
     pub fn push(&mut self, object: &str, displacement: [f64; 3], seconds: f64) -> Result<(), SimError> {
         let index = self.index(object)?;
+        if self.pivots.iter().any(|pivot| pivot.child == index) {
+            return Err(SimError::NoPush { object: object.to_owned() });
+        }
         within(object, "a push must take 0.01 to 60 s", &[seconds], 0.01, 60.0)?;
         let entry = &self.entries[index];
         let displacement = Vector3::from(displacement);
@@ -259,6 +273,8 @@ impl Clone for World {
             bonds: self.bonds.clone(),
             pushes: self.pushes.clone(),
             guides: self.guides.clone(),
+            pivots: self.pivots.clone(),
+            rollers: self.rollers.clone(),
             guard: self.guard,
             steps: self.steps,
             table: self.table,

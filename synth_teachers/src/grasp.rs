@@ -41,10 +41,13 @@ impl Hold {
             return Isometry3::identity();
         }
         let Some(grasp) = grasp(skill) else { return self.guided(episode).unwrap_or_else(Isometry3::identity) };
-        let (frame, body) = (episode.reference_pose(&skill.reference), episode.world().pose(&skill.reference));
-        self.taken = frame
-            .zip(body)
-            .map(|(frame, body)| (skill.reference.clone(), grasp.pose.inverse() * frame.inverse() * body));
+        let view = episode.view();
+        let object = view.object(&skill.reference);
+        let (frame, body) =
+            (episode.true_reference_pose(&skill.reference), object.and_then(|object| episode.world().pose(object)));
+        self.taken = object
+            .zip(frame.zip(body))
+            .map(|(object, (frame, body))| (object.to_owned(), grasp.pose.inverse() * frame.inverse() * body));
         for _ in 0..MOST_GRASPS {
             let way = mistakes.next_grasp();
             if holds(&way, skill, episode) {
@@ -61,9 +64,15 @@ impl Hold {
             let grasp = grasp(skill)?;
             (stays_closed(skill) && episode.holds(&skill.until)).then_some((&skill.reference, grasp))
         })?;
+        let view = episode.view();
+        let held = view.object(held)?;
         let own = self.taken.as_ref().filter(|(object, _)| object == held).map(|(_, pose)| *pose);
         let scripted = own.unwrap_or_else(|| grasp.pose.inverse());
         let seen = episode.world().tcp().inverse() * episode.world().pose(held)?;
+        // Of the rotations that look alike, the one that is nearest to the script's.
+        let symmetry = episode.world().object(held)?.symmetry;
+        let rotation = symmetry.map_or(seen.rotation, |symmetry| symmetry.nearest(&seen.rotation, &scripted.rotation));
+        let seen = Isometry3::from_parts(seen.translation, rotation);
         let turn = scripted.rotation * seen.rotation.inverse();
         let tilt = 2.0 * libm::asin(turn.imag().xy().norm().min(1.0));
         let turn = if tilt > MOST_TILT { nalgebra::UnitQuaternion::identity() } else { turn };
@@ -101,7 +110,7 @@ fn does(way: &Isometry3<f64>, skill: &Skill, episode: &Episode) -> bool {
     let mut ahead = episode.clone();
     let times = if episode.setting().repeats(&skill.name) { MOST_TIMES } else { 1 };
     for _ in 0..times {
-        let Some(frame) = ahead.reference_pose(&skill.reference) else { return false };
+        let Some(frame) = ahead.true_reference_pose(&skill.reference) else { return false };
         for (index, keyframe) in skill.keyframes.iter().enumerate() {
             let target = frame * keyframe.pose * way;
             if !ahead.perform(&target, keyframe.gripper, keyframe.hold, &mut |_| {}).goes_on() {

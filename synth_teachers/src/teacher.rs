@@ -177,11 +177,13 @@ fn perform(
     recorder: &mut Recorder,
     observer: &mut dyn FnMut(&World),
 ) -> Result<bool, TeacherError> {
-    let frame = episode
-        .reference_pose(&skill.reference)
-        .ok_or_else(|| TeacherError::NoReference { skill: skill.name.clone(), reference: skill.reference.clone() })?;
+    let none = || TeacherError::NoReference { skill: skill.name.clone(), reference: skill.reference.clone() };
+    let frame = episode.true_reference_pose(&skill.reference).ok_or_else(none)?;
+    // The person goes by the frame as it is. What is written down is the frame as the robot sees it, of the object that
+    // the person means; one that the robot has never seen is pointed at.
+    let meant = episode.view().object(&skill.reference).and_then(|object| episode.reference_pose(object));
     let slip = mistakes.next_skill();
-    let right = || (skill.reference.as_str().into(), frame);
+    let right = || (skill.reference.as_str().into(), meant.unwrap_or(frame));
     let (object, frame_of_object) =
         slip.wrong_reference.and_then(|which| another(episode, &skill.reference, which)).unwrap_or_else(right);
     let mut named = Named { object, frame: frame_of_object, skill: skill.name.as_str().into(), unsaid: slip.announced };
@@ -216,12 +218,18 @@ fn is_over(end: MotionEnd) -> bool {
     !end.goes_on()
 }
 
-/// Another object of the scene, named by mistake. `which` is its place among the others, from 0 to 1. None in a scene
-/// of one object.
+/// Another reference of the scene, named by mistake: an object, or the role that it can fill. `which` is its place
+/// among the others, from 0 to 1. None in a scene of one object.
 fn another(episode: &Episode, right: &str, which: f64) -> Option<(Arc<str>, Pose)> {
-    let others = episode.setting().objects.iter().map(|placed| placed.body.name.as_str()).filter(|name| *name != right);
+    let setting = episode.setting();
+    let mut others: Vec<&str> = Vec::new();
+    for name in setting.objects.iter().map(|placed| setting.reference_of(&placed.body.name)) {
+        if name != right && !others.contains(&name) {
+            others.push(name);
+        }
+    }
     let others: Vec<(Arc<str>, Pose)> =
-        others.filter_map(|name| episode.reference_pose(name).map(|frame| (name.into(), frame))).collect();
+        others.into_iter().filter_map(|name| episode.reference_pose(name).map(|frame| (name.into(), frame))).collect();
     let place = (which * others.len() as f64) as usize;
     others.into_iter().nth(place)
 }

@@ -3,13 +3,19 @@
 mod check;
 mod event;
 mod family;
+mod hinge;
 mod layers;
+pub(crate) mod mesh;
 mod names;
 mod object;
+mod perception;
+mod role;
 mod skill;
 mod slide;
 
 use std::collections::BTreeSet;
+
+use situ_sim::{Beads, Hinge, Slide};
 
 pub(crate) use check::Builder;
 use layers::{Layers, Located, New, laid_over, located};
@@ -18,16 +24,29 @@ use names::Names;
 use crate::edit::NeededEdit;
 use crate::error::TaskError;
 use crate::feature::WorldSchema;
-use crate::file::VariationFile;
+use crate::file::{ObjectFile, VariationFile};
 use crate::key::KeyPath;
-use crate::measure::GRIPPER;
-use crate::placement::HandStart;
+use crate::placement::{HandStart, Placed};
 use crate::plant::Plant;
+use crate::role::ObjectRole;
 use crate::setting::Setting;
 use crate::start::BORDER;
+use crate::view::GRIPPER;
 
 /// Names that mean something else where objects and skills are named.
 const RESERVED: [&str; 7] = [GRIPPER, "table", "hand", "arm", BORDER, "start", "end"];
+
+/// What is there in a setting.
+struct Things<'a> {
+    files: Located<'a, ObjectFile>,
+    names: Names,
+    roles: Vec<ObjectRole>,
+    objects: Vec<Placed>,
+    slides: Vec<Slide>,
+    hinges: Vec<Hinge>,
+    /// The container that is filled, and its beads.
+    beads: Option<(String, Beads)>,
+}
 
 impl<'a> Builder<'a> {
     /// The original (no index) or one variation.
@@ -36,20 +55,12 @@ impl<'a> Builder<'a> {
         let layers = Layers::new(file, index);
         let variation = layers.over().map(|(_, variation)| variation);
 
-        let object_lists = layers.lists("object", &file.object, |v| &v.object);
-        let object_files = self.merged(object_lists, "object", |object| &object.name, New::Last)?;
-        let slide_files = self.merged_slides(layers.lists("joint", &file.joint, |v| &v.joint))?;
-        let beads = layers.changed("beads", |v| &v.beads);
-        let beads = beads.or_else(|| Some((root.field("beads"), file.beads.as_ref()?)));
-        let names = Names::new(&object_files, &slide_files, beads.is_some());
-        let objects = self.objects(&object_files)?;
-        let slides = each(slide_files, |key, slide| self.slide(key, slide, &objects, &names))?;
-        let beads = beads.map(|(key, beads)| self.beads(&key, beads, &names)).transpose()?;
-
+        let things = self.things(&layers)?;
+        let names = &things.names;
         let skill_lists = layers.lists("skill", &file.skill, |v| &v.skill);
         let skill_files = self.merged(skill_lists, "skill", |skill| &skill.name, New::First)?;
-        let original_skills = self.skills(&located(&root, "skill", &file.skill), &names)?;
-        let skills = self.skills(&skill_files, &names)?;
+        let original_skills = self.skills(&located(&root, "skill", &file.skill), names)?;
+        let skills = self.skills(&skill_files, names)?;
         let magnets = layers.lists("magnet", &file.magnet, |v| &v.magnet).concat();
         let events = layers.lists("event", &file.event, |v| &v.event).concat();
         let interventions = layers.lists("intervention", &file.intervention, |v| &v.intervention).concat();
@@ -64,28 +75,51 @@ impl<'a> Builder<'a> {
             edit: variation.map_or(NeededEdit::None, |v| v.edit),
             analysis: variation.map_or(&file.analysis, |v| &v.analysis).trim().to_owned(),
             accepts_edges: variation.map(|v| v.accepts_edges.clone()).unwrap_or_default(),
-            beads,
-            slides,
-            magnets: each(magnets, |key, magnet| self.magnet(key, magnet, &names))?,
-            events: each(events, |key, event| self.event(key, event, &names, &skills))?,
-            premise: self.predicate(&premise_key, premise, &names)?,
-            goal: self.predicate(&goal_key, goal, &names)?,
+            roles: things.roles,
+            beads: things.beads,
+            slides: things.slides,
+            hinges: things.hinges,
+            magnets: each(magnets, |key, magnet| self.magnet(key, magnet, names))?,
+            events: each(events, |key, event| self.event(key, event, names, &skills))?,
+            premise: self.predicate(&premise_key, premise, names)?,
+            goal: self.predicate(&goal_key, goal, names)?,
             skills,
             original_skills,
             schema: schema.clone(),
-            interventions: each(interventions, |key, file| self.intervention(key, file, &names))?,
+            interventions: each(interventions, |key, file| self.intervention(key, file, names))?,
             time_limit: *time_limit,
             guard: self.guard(&root)?,
+            perception: self.perception(&root)?,
             plant: Plant::default(),
             solver_iterations: file.solver_iterations,
             hand: self.hand(&root)?,
-            objects,
+            objects: things.objects,
         };
         if let Some((key, variation)) = layers.over() {
             self.check_edit(key, variation, &setting)?;
         }
-        self.check_starts(&object_files, &setting)?;
+        self.check_starts(&things.files, &setting)?;
         Ok(setting)
+    }
+
+    /// What is there, in the file with a variation laid over it.
+    fn things(&self, layers: &Layers<'a>) -> Result<Things<'a>, TaskError> {
+        let (file, root) = (self.file, KeyPath::default());
+        let object_lists = layers.lists("object", &file.object, |v| &v.object);
+        let files = self.merged(object_lists, "object", |object| &object.name, New::Last)?;
+        let slide_files = self.merged_slides(layers.lists("joint", &file.joint, |v| &v.joint))?;
+        let hinge_files = self.merged_hinges(layers.lists("hinge", &file.hinge, |v| &v.hinge))?;
+        let beads = layers.changed("beads", |v| &v.beads);
+        let beads = beads.or_else(|| Some((root.field("beads"), file.beads.as_ref()?)));
+        let names = Names::new(&files, &slide_files, &hinge_files, beads.is_some());
+        let role_lists = layers.lists("role", &file.role, |v| &v.role);
+        let role_files = self.merged(role_lists, "role", |role| &role.name, New::Last)?;
+        let roles = self.roles(&role_files, &files, &names)?;
+        let objects = self.objects(&files)?;
+        let slides = each(slide_files, |key, slide| self.slide(key, slide, &objects, &names))?;
+        let hinges = each(hinge_files, |key, hinge| self.hinge(key, hinge, &objects, &names))?;
+        let beads = beads.map(|(key, beads)| self.beads(&key, beads, &names)).transpose()?;
+        Ok(Things { files, names, roles, objects, slides, hinges, beads })
     }
 
     /// Where the hand starts: `[gripper]`.

@@ -11,8 +11,10 @@ use crate::measure::is_held;
 use crate::moment::Moment;
 use crate::predicate::Predicate;
 use crate::setting::Setting;
+use crate::sight::Sight;
 use crate::skill::Skill;
 use crate::start;
+use crate::view::View;
 
 /// How long the hand takes hold of what has been dropped, in seconds. The fingers need 0.27 s for their stroke.
 const GRIP_SECONDS: f64 = 0.5;
@@ -30,6 +32,8 @@ pub struct Episode {
     fired: Vec<bool>,
     began: f64,
     path: f64,
+    /// What the camera has seen, if there is one.
+    sight: Option<Sight>,
 }
 
 /// An episode put aside.
@@ -40,6 +44,7 @@ pub struct EpisodeSnapshot {
     fired: Vec<bool>,
     began: f64,
     path: f64,
+    sight: Option<Sight>,
 }
 
 impl Episode {
@@ -51,7 +56,10 @@ impl Episode {
         let world = start::world(setting, seed)?;
         let fired = vec![false; setting.events.len()];
         let began = world.time();
-        Ok(Episode { setting: Arc::clone(setting), world, fired, began, path: 0.0 })
+        let sight = setting.perception.map(|_| Sight::new(seed));
+        let mut episode = Episode { setting: Arc::clone(setting), world, fired, began, path: 0.0, sight };
+        episode.look();
+        Ok(episode)
     }
 
     /// The setting.
@@ -64,15 +72,40 @@ impl Episode {
         &self.world
     }
 
-    /// The observed state: raw physical units, one value for each feature of the setting's schema.
-    pub fn observe(&self) -> Vec<f64> {
-        self.setting.schema.observe(&self.world)
+    /// The world as it is, and as a person sees it.
+    pub fn view(&self) -> View<'_> {
+        self.setting.view(&self.world)
     }
 
-    /// The frame that keyframes on an object are relative to: the object's origin and heading, with z vertical. None if
-    /// the object is not there.
+    /// The world as the robot sees it: by its camera, where the setting has one.
+    pub fn seen(&self) -> View<'_> {
+        self.setting.seen(&self.world, self.sight.as_ref())
+    }
+
+    /// The camera takes a picture.
+    fn look(&mut self) {
+        if let Some((sight, perception)) = self.sight.as_mut().zip(self.setting.perception) {
+            sight.look(&perception, &self.world);
+        }
+    }
+
+    /// The observed state: raw physical units, one value for each feature of the setting's schema.
+    pub fn observe(&self) -> Vec<f64> {
+        self.setting.schema.observe(self.seen())
+    }
+
+    /// The frame that keyframes on an object are relative to, as the robot sees it: the object's origin and heading,
+    /// with z vertical. Of a role it is the frame of the object that fills it. None if the object is not there, or has
+    /// not been seen, or nothing fills the role.
     pub fn reference_pose(&self, name: &str) -> Option<Pose> {
-        self.world.pose(name).map(|pose| start::level(&pose))
+        let seen = self.seen();
+        seen.reference_frame(seen.object(name)?)
+    }
+
+    /// The same as a person sees it, who is never mistaken.
+    pub fn true_reference_pose(&self, name: &str) -> Option<Pose> {
+        let view = self.view();
+        view.reference_frame(view.object(name)?)
     }
 
     /// Moves the hand to `target` (pose of the TCP, world frame), gives the gripper its command and waits until
@@ -114,6 +147,7 @@ impl Episode {
             self.world.hold(hold.min(self.setting.time_limit), &mut watch);
         }
         self.path += way;
+        self.look();
         end
     }
 
@@ -125,6 +159,7 @@ impl Episode {
     /// and not while the hand closes on the table.
     pub fn reached_keyframe(&mut self, reference: &str, index: usize) {
         let setting = Arc::clone(&self.setting);
+        let mut has_happened = false;
         for (k, event) in setting.events.iter().enumerate() {
             let is_now = match &event.happening {
                 Happening::Push { .. } => index == event.keyframe,
@@ -134,6 +169,7 @@ impl Episode {
                 continue;
             }
             self.fired[k] = true;
+            has_happened = true;
             match &event.happening {
                 // Names and durations were checked with the file. A push that the physics refuses does not happen.
                 Happening::Push { object, by } => {
@@ -150,6 +186,9 @@ impl Episode {
                 }
             }
         }
+        if has_happened {
+            self.look();
+        }
     }
 
     /// Whether an object is held and touches nothing but the hand.
@@ -163,9 +202,9 @@ impl Episode {
         self.fired.iter().filter(|fired| **fired).count()
     }
 
-    /// Whether a condition holds now.
+    /// Whether a condition holds now, in the world as it is.
     pub fn holds(&self, predicate: &Predicate) -> bool {
-        predicate.holds(&self.world)
+        predicate.holds(self.view())
     }
 
     /// Whether the goal is achieved now.
@@ -228,6 +267,7 @@ impl Episode {
             fired: self.fired.clone(),
             began: self.began,
             path: self.path,
+            sight: self.sight.clone(),
         }
     }
 
@@ -239,6 +279,7 @@ impl Episode {
             fired: snapshot.fired.clone(),
             began: snapshot.began,
             path: snapshot.path,
+            sight: snapshot.sight.clone(),
         }
     }
 }

@@ -34,6 +34,27 @@ impl Call {
     }
 }
 
+impl Call {
+    /// The same call with another name in the place of one.
+    pub(crate) fn with(&self, name: &str, other: &str) -> Call {
+        let replaced = |argument: &Argument| match argument {
+            Argument::Name(own) if own == name => Argument::Name(other.to_owned()),
+            Argument::Call(call) => Argument::Call(call.with(name, other)),
+            argument => argument.clone(),
+        };
+        Call { word: self.word.clone(), arguments: self.arguments.iter().map(replaced).collect() }
+    }
+
+    /// Whether a name stands in it.
+    pub(crate) fn speaks_of(&self, name: &str) -> bool {
+        self.arguments.iter().any(|argument| match argument {
+            Argument::Name(own) => own == name,
+            Argument::Call(call) => call.speaks_of(name),
+            Argument::Number(_) => false,
+        })
+    }
+}
+
 impl fmt::Display for Argument {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -1,9 +1,8 @@
 //! The observed state of a task family: what a camera would give, as one vector of scalars with fixed scales.
 
-use situ_sim::World;
-
 use crate::expression::Call;
 use crate::measure::{distance, fill, offset, tilt};
+use crate::view::View;
 use crate::vocabulary::{Arguments, Number, Role, vocabulary};
 
 /// Scale of offsets and distances, in metres (D16).
@@ -18,6 +17,8 @@ pub const TILT_SCALE: f64 = 0.5;
 pub const OPENING_SCALE: f64 = 0.05;
 /// Scale of the values of slides, in metres: a button travels less, a drawer more.
 pub const SLIDE_SCALE: f64 = 0.05;
+/// Scale of the values of hinges, in radians: that of tilts.
+pub const ANGLE_SCALE: f64 = TILT_SCALE;
 /// Scale of `seen`, which is 0 or 1.
 pub const SEEN_SCALE: f64 = 1.0;
 
@@ -41,8 +42,8 @@ pub struct WorldSchema {
 
 /// What is measured of a world for two names, of which a word may take fewer: one scalar or three, with their scale.
 pub(crate) enum Measure {
-    One(f64, fn(&World, [&str; 2]) -> Option<f64>),
-    Three(f64, fn(&World, [&str; 2]) -> Option<[f64; 3]>),
+    One(f64, fn(&View<'_>, [&str; 2]) -> Option<f64>),
+    Three(f64, fn(&View<'_>, [&str; 2]) -> Option<[f64; 3]>),
 }
 
 vocabulary! {
@@ -50,21 +51,24 @@ vocabulary! {
     pub(crate) enum Quantity: Measure;
 
     /// `opening()`: metres between the finger pads.
-    Opening = "opening()", [], Number::No, Measure::One(OPENING_SCALE, |world, _| Some(world.opening()));
+    Opening = "opening()", [], Number::No, Measure::One(OPENING_SCALE, |view, _| Some(view.world().opening()));
     /// `offset(a, b)`: the origin of `a` in the frame of `b`, three scalars in metres.
     Offset = "offset(a, b)", [Point, Point], Number::No,
-        Measure::Three(LENGTH_SCALE, |world, [a, b]| offset(world, a, b));
+        Measure::Three(LENGTH_SCALE, |view, [a, b]| offset(view, a, b));
     /// `distance(a, b)`: metres between the origins.
     Distance = "distance(a, b)", [Point, Point], Number::No,
-        Measure::One(LENGTH_SCALE, |world, [a, b]| distance(world, a, b));
+        Measure::One(LENGTH_SCALE, |view, [a, b]| distance(view, a, b));
     /// `tilt(a)`: radians between the z axis of `a` and the vertical.
-    Tilt = "tilt(a)", [Object], Number::No, Measure::One(TILT_SCALE, |world, [a, _]| tilt(world, a));
+    Tilt = "tilt(a)", [Object], Number::No, Measure::One(TILT_SCALE, |view, [a, _]| tilt(view, a));
     /// `fill(c)`: fraction of all beads in the container.
-    Fill = "fill(container)", [Filled], Number::No, Measure::One(FILL_SCALE, |world, [c, _]| fill(world, c));
+    Fill = "fill(container)", [Filled], Number::No, Measure::One(FILL_SCALE, |view, [c, _]| fill(view, c));
     /// `joint(a)`: metres that the object has slid from the start of its range.
-    Slid = "joint(a)", [Sliding], Number::No, Measure::One(SLIDE_SCALE, |world, [a, _]| world.slide_value(a));
+    Slid = "joint(a)", [Sliding], Number::No, Measure::One(SLIDE_SCALE, |view, [a, _]| view.world().slide_value(a));
+    /// `angle(a)`: radians that the object has turned on its hinge from the start of its range.
+    Angle = "angle(a)", [Turning], Number::No,
+        Measure::One(ANGLE_SCALE, |view, [a, _]| view.world().hinge_value(a));
     /// `seen(a)`: 1 where the object is there.
-    Seen = "seen(a)", [Object], Number::No, Measure::One(SEEN_SCALE, |world, [a, _]| world.pose(a).map(|_| 1.0));
+    Seen = "seen(a)", [Object], Number::No, Measure::One(SEEN_SCALE, |view, [a, _]| view.pose(a).map(|_| 1.0));
 }
 
 /// Something that is observed, one or three scalars.
@@ -102,11 +106,13 @@ impl Observable {
         }
     }
 
-    fn measure(&self, world: &World, values: &mut Vec<f64>) {
-        let names = self.arguments.names();
+    fn measure(&self, view: &View<'_>, values: &mut Vec<f64>) {
+        let names = self.arguments.names_in(view);
         match self.quantity.declared().measure {
-            Measure::One(_, scalar) => values.push(scalar(world, names).unwrap_or(0.0)),
-            Measure::Three(_, vector) => values.extend(vector(world, names).unwrap_or([0.0; 3])),
+            Measure::One(_, scalar) => values.push(names.and_then(|names| scalar(view, names)).unwrap_or(0.0)),
+            Measure::Three(_, vector) => {
+                values.extend(names.and_then(|names| vector(view, names)).unwrap_or([0.0; 3]));
+            }
         }
     }
 }
@@ -127,10 +133,11 @@ impl WorldSchema {
         self.features.is_empty()
     }
 
-    /// The observed state of a world: raw physical units, one value for each feature.
-    pub fn observe(&self, world: &World) -> Vec<f64> {
+    /// The observed state of a world, or of a view of one: raw physical units, one value for each feature.
+    pub fn observe<'a>(&self, view: impl Into<View<'a>>) -> Vec<f64> {
+        let view = view.into();
         let mut values = Vec::with_capacity(self.len());
-        self.observables.iter().for_each(|observable| observable.measure(world, &mut values));
+        self.observables.iter().for_each(|observable| observable.measure(&view, &mut values));
         values
     }
 }

@@ -3,11 +3,12 @@
 //! Unknown keys are refused everywhere. Metres, radians, seconds, newtons, kg/m³.
 
 use serde::Deserialize;
-use situ_sim::{Guard, Object, Shape, Slide};
+use situ_sim::{Guard, Hinge, Object, Shape, Slide, Symmetry};
 
 use crate::edit::NeededEdit;
 use crate::moment::Moment;
 use crate::placement::{HandStart, Start};
+use crate::sight::Perception;
 
 /// A whole task file.
 #[derive(Debug, Deserialize)]
@@ -24,10 +25,16 @@ pub(crate) struct TaskFile {
     pub(crate) guard: Option<Guard>,
     /// Iterations of the physics' solver; its own number unless given.
     pub(crate) solver_iterations: Option<usize>,
+    /// How well a camera sees; without it everything is seen as it is.
+    pub(crate) perception: Option<Perception>,
     pub(crate) beads: Option<BeadsFile>,
     pub(crate) object: Vec<ObjectFile>,
     #[serde(default)]
+    pub(crate) role: Vec<RoleFile>,
+    #[serde(default)]
     pub(crate) joint: Vec<Slide>,
+    #[serde(default)]
+    pub(crate) hinge: Vec<Hinge>,
     #[serde(default)]
     pub(crate) magnet: Vec<MagnetFile>,
     pub(crate) skill: Vec<SkillFile>,
@@ -66,7 +73,11 @@ pub(crate) struct VariationFile {
     #[serde(default)]
     pub(crate) object: Vec<ObjectFile>,
     #[serde(default)]
+    pub(crate) role: Vec<RoleFile>,
+    #[serde(default)]
     pub(crate) joint: Vec<Slide>,
+    #[serde(default)]
+    pub(crate) hinge: Vec<Hinge>,
     #[serde(default)]
     pub(crate) magnet: Vec<MagnetFile>,
     #[serde(default)]
@@ -96,6 +107,9 @@ pub(crate) struct ObjectFile {
     #[serde(default)]
     pub(crate) fixed: bool,
     pub(crate) color: Option<[u8; 3]>,
+    /// The role that it can fill.
+    pub(crate) role: Option<String>,
+    pub(crate) symmetry: Option<Symmetry>,
     pub(crate) start: Start,
 }
 
@@ -104,8 +118,18 @@ impl ObjectFile {
     pub(crate) fn body(&self) -> Object {
         let body = self.shape.object(&self.name);
         let body = if self.fixed { body.fixed() } else { body };
-        if let Some(color) = self.color { body.with_color(color) } else { body }
+        let body = if let Some(color) = self.color { body.with_color(color) } else { body };
+        if let Some(symmetry) = self.symmetry { body.with_symmetry(symmetry) } else { body }
     }
+}
+
+/// A role that the objects with its name can fill.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RoleFile {
+    pub(crate) name: String,
+    /// The condition, about `it`, under which an object is done.
+    pub(crate) done: String,
 }
 
 #[derive(Debug, Deserialize)]
@@ -173,4 +197,122 @@ pub(crate) struct InterventionFile {
     pub(crate) moment: Moment,
     pub(crate) reference: Option<String>,
     pub(crate) when: String,
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_reflection::{ContainerFormat, Samples, Tracer, TracerConfig, VariantFormat};
+
+    use situ_sim::Shape;
+
+    use super::TaskFile;
+    use crate::edit::NeededEdit;
+    use crate::feature::Quantity;
+    use crate::moment::Moment;
+    use crate::predicate::Condition;
+
+    const REFERENCE: &str = include_str!("../../bench/docs/task-files.md");
+
+    /// Where the reference names the keys of a record: the heading of the section, and the row where it has one alone.
+    const PLACES: [(&str, &str, &str); 36] = [
+        ("TaskFile", "## The file", ""),
+        ("HandStart", "## The file", "| `[gripper]`"),
+        ("Guard", "## The file", "| `[guard]`"),
+        ("ObjectFile", "## Objects", ""),
+        ("Symmetry", "## Objects", "| `symmetry`"),
+        ("Start", "## Objects", ""),
+        ("Shape", "## Shapes", ""),
+        ("Block", "## Shapes", "| `block`"),
+        ("Cylinder", "## Shapes", "| `cylinder`"),
+        ("Sphere", "## Shapes", "| `ball`"),
+        ("Cup", "## Shapes", "| `cup`"),
+        ("Handle", "## Shapes", "| `handle`"),
+        ("Bin", "## Shapes", "| `bin`"),
+        ("Lid", "## Shapes", "| `lid`"),
+        ("Cover", "## Shapes", "| `cover`"),
+        ("Mat", "## Shapes", "| `mat`"),
+        ("Panel", "## Shapes", "| `panel`"),
+        ("Mesh", "## Shapes", "| `mesh`"),
+        ("Cabinet", "## Shapes", "| `cabinet`"),
+        ("Drawer", "## Shapes", "| `drawer`"),
+        ("Housing", "## Shapes", "| `housing`"),
+        ("BeadsFile", "## Beads", ""),
+        ("RoleFile", "## Roles", ""),
+        ("Slide", "## Joints", ""),
+        ("Hinge", "## Hinges", ""),
+        ("MagnetFile", "## Magnets", ""),
+        ("Perception", "## Perception", ""),
+        ("SkillFile", "## Skills", ""),
+        ("KeyframeFile", "## Skills", ""),
+        ("EventFile", "## Events", ""),
+        ("AfterFile", "## Events", "| `after`"),
+        ("InterventionFile", "## Interventions", ""),
+        ("Moment", "## Interventions", "| `moment`"),
+        ("VariationFile", "## Variations", ""),
+        ("NeededEdit", "## Variations", "| `edit`"),
+        ("SequenceFile", "## Sequences", ""),
+    ];
+
+    /// What is said of all shapes at once.
+    const OF_ALL_SHAPES: [&str; 2] = ["density", "friction"];
+
+    /// The words in code spans of a section of the reference, or of one row of it.
+    fn words(heading: &str, row: &str) -> Vec<&'static str> {
+        let section = REFERENCE.split_once(heading).unwrap_or_else(|| panic!("no section `{heading}`")).1;
+        let section = section.split("\n## ").next().unwrap_or_default();
+        let lines = section.lines().filter(|line| line.starts_with(row));
+        let spans = lines.flat_map(|line| line.split('`').skip(1).step_by(2));
+        spans.flat_map(|span| span.split(|c: char| !(c.is_ascii_alphanumeric() || "_-".contains(c)))).collect()
+    }
+
+    #[test]
+    fn the_reference_names_every_key_that_is_read() {
+        // Numbers that every rule of the shapes allows.
+        let config = TracerConfig::default().default_f64_value(0.5).default_u32_value(4);
+        let mut tracer = Tracer::new(config);
+        let samples = Samples::new();
+        // All variants of an enum are met only where it is traced for itself.
+        let traced = [
+            tracer.trace_type::<Shape>(&samples).map(drop),
+            tracer.trace_type::<Moment>(&samples).map(drop),
+            tracer.trace_type::<NeededEdit>(&samples).map(drop),
+            tracer.trace_type::<TaskFile>(&samples).map(drop),
+        ];
+        assert_eq!(traced, [Ok(()), Ok(()), Ok(()), Ok(())]);
+        let registry = tracer.registry().expect("the records can be traced");
+        let mut keys = 0;
+        for (record, format) in &registry {
+            let place = PLACES.iter().find(|(name, ..)| name == record);
+            let (_, heading, row) = place.unwrap_or_else(|| panic!("`{record}` has no place in the reference"));
+            let known = words(heading, row);
+            let own: Vec<&str> = match format {
+                ContainerFormat::Struct(fields) => fields.iter().map(|field| field.name.as_str()).collect(),
+                ContainerFormat::Enum(variants) => {
+                    let is_unit = |variant: &VariantFormat| !matches!(variant, VariantFormat::Variable(_));
+                    assert!(variants.values().all(|variant| is_unit(&variant.value)), "{record}");
+                    variants.values().map(|variant| variant.name.as_str()).collect()
+                }
+                other => panic!("`{record}` is {other:?}"),
+            };
+            for key in own.into_iter().filter(|key| *heading != "## Shapes" || !OF_ALL_SHAPES.contains(key)) {
+                assert!(known.contains(&key), "`{key}` of `{record}` is not in {heading} {row}");
+                keys += 1;
+            }
+        }
+        assert_eq!(registry.len(), PLACES.len(), "a place that no record has");
+        assert!(keys > 100, "{keys}");
+    }
+
+    #[test]
+    fn the_reference_names_every_condition_and_feature() {
+        let conditions = words("## Conditions", "| `");
+        for word in Condition::ALL.iter().map(|condition| condition.declared().word()) {
+            assert!(conditions.contains(&word), "{word}");
+        }
+        assert!(["not", "all", "any", "at_least", "each", "it", "table"].iter().all(|word| conditions.contains(word)));
+        let features = words("## Features", "| `");
+        for word in Quantity::ALL.iter().map(|quantity| quantity.declared().word()) {
+            assert!(features.contains(&word), "{word}");
+        }
+    }
 }

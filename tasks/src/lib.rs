@@ -21,14 +21,15 @@
 //!
 //! Lengths are metres, angles radians, forces newtons, densities kg/m³. `[[object]]` has a `shape`
 //! ([`situ_sim::Shape`]) and a `start` region. `[[joint]]` lets one object slide along another. `[beads]` fills a
-//! container. `[[magnet]]` holds a lid. `observe` lists the observed features. `[guard]` says at which forces a motion
-//! ends. `premise` and `goal` are conditions ([`Predicate`]; [`Condition`] lists the words). `[[skill]]` is one skill
-//! of the teacher's program. `[[event]]` happens once (`push` with `by`, or `drop`). `[[intervention]]` is a moment at
-//! which a watching teacher stops the robot. `[[variation]]` may hold all of these except `observe` and
-//! `[guard]`. An object or a
-//! skill of a known name replaces that one, and so does a `[[joint]]` of an object that slides already. New objects
-//! come last, new skills first. The other lists are appended. `[[sequence]]` names variations that a robot meets one
-//! after another.
+//! container. `[[magnet]]` holds a lid. `[[hinge]]` lets one object turn on another, `[[role]]` speaks of whichever of
+//! several objects is due, and `[perception]` is a camera that sees with noise. `observe` lists the observed features.
+//! `[guard]` says at which forces a motion ends. `premise` and `goal` are conditions ([`Predicate`]; [`Condition`]
+//! lists the words). `[[skill]]` is one skill of the teacher's program. `[[event]]` happens once (`push` with `by`, or
+//! `drop`). `[[intervention]]` is a moment at which a watching teacher stops the robot. `[[variation]]` may hold all of
+//! these except `observe`, `[guard]` and `[perception]`. An object or a skill of a known name replaces that one, and so
+//! does a `[[joint]]` of an object that slides already. New objects come last, new skills first. The other lists are
+//! appended. `[[sequence]]` names variations that a robot meets one after another. Every key with its unit and frame:
+//! `bench/docs/task-files.md`.
 //!
 //! The file does not say what carries the hand ([`Plant`]). By default an arm does, and a keyframe may be out of its
 //! reach.
@@ -44,6 +45,7 @@ mod file;
 mod file_kind;
 mod intervention;
 pub mod key;
+mod level;
 mod measure;
 mod moment;
 pub mod name;
@@ -51,13 +53,17 @@ mod placement;
 mod plant;
 mod predicate;
 mod registry;
+mod role;
 pub mod script;
 mod sequence;
 mod setting;
+mod sight;
 mod skill;
 mod start;
+mod stream;
 mod task;
 mod trial;
+mod view;
 mod vocabulary;
 
 pub use edit::NeededEdit;
@@ -65,21 +71,25 @@ pub use episode::{Episode, EpisodeSnapshot, RISE_FIRST};
 pub use error::TaskError;
 pub use event::{Event, Happening};
 pub use feature::{
-    FILL_SCALE, LENGTH_SCALE, OPENING_SCALE, SEEN_SCALE, SLIDE_SCALE, TILT_SCALE, WorldFeature, WorldSchema,
+    ANGLE_SCALE, FILL_SCALE, LENGTH_SCALE, OPENING_SCALE, SEEN_SCALE, SLIDE_SCALE, TILT_SCALE, WorldFeature,
+    WorldSchema,
 };
 pub use file_kind::FileKind;
 pub use intervention::Intervention;
-pub use measure::{GRIPPER, HELD_FORCE, ON_SLACK, REST_SPEED};
+pub use measure::{HELD_FORCE, ON_SLACK, REST_SPEED};
 pub use moment::Moment;
 pub use placement::{HandStart, Placed, Start};
 pub use plant::Plant;
 pub use predicate::{Condition, Measured, PRESSED_PART, Predicate, UPRIGHT_TILT};
 pub use registry::Registry;
+pub use role::ObjectRole;
 pub use sequence::VariationSequence;
 pub use setting::Setting;
+pub use sight::Perception;
 pub use skill::{KeyframeCommand, Skill};
 pub use task::Task;
 pub use trial::{Attempt, Trial, trial};
+pub use view::{GRIPPER, View};
 
 /// The words of the physics that the users of an episode need. So they need not know the physics itself.
 pub use situ_sim::{GripperCommand, MotionEnd, Pose, World};

@@ -1,7 +1,9 @@
 //! Measurements of a world, for conditions and features. An object that is not there has none.
 
 use nalgebra::Vector3;
-use situ_sim::{Convex, Part, World};
+use situ_sim::{Convex, Part, TABLE, World};
+
+use crate::view::{GRIPPER, View};
 
 /// An object is held when both fingers press on it with at least this force, in newtons. One finger that touches by
 /// accident is no grasp, and a grasp squeezes with 10 N or more.
@@ -14,8 +16,6 @@ pub const ON_SLACK: f64 = 0.005;
 /// How far the origin of an object must be below the rim of what it is inside, in metres. The origin of a lid lies at
 /// the rim that the lid is on, and contacts give.
 const INSIDE_MARGIN: f64 = 0.001;
-/// The name by which conditions and features speak of the point between the finger tips (TCP).
-pub const GRIPPER: &str = "gripper";
 
 /// Whether both fingers press on the object, from either side.
 pub(crate) fn is_held(world: &World, object: &str) -> bool {
@@ -23,11 +23,15 @@ pub(crate) fn is_held(world: &World, object: &str) -> bool {
 }
 
 /// Whether `a` touches `b`, and in the frame of `b` the origin of `a` is within its outline and not lower than its top.
-/// The outline is the circle and the rectangle that hold it, both.
-pub(crate) fn is_on(world: &World, a: &str, b: &str) -> Option<bool> {
-    let (place, base) = (place_in(world, a, b)?, world.object(b)?);
+/// The outline is the circle and the rectangle that hold it, both. The table has no other frame than the world's.
+pub(crate) fn is_on(view: &View<'_>, a: &str, b: &str) -> Option<bool> {
+    if b == TABLE {
+        // What touches the table and is not lower than its top has nowhere else to be.
+        return Some(view.position(a)?.z >= -ON_SLACK && view.world().touching(a, b));
+    }
+    let (place, base) = (place_in(view, a, b)?, view.world().object(b)?);
     Some(
-        world.touching(a, b)
+        view.world().touching(a, b)
             && place.z >= base.outline.top - ON_SLACK
             && place.xy().norm() <= base.outline.reach
             && is_within_rectangle(&base.parts, &place),
@@ -35,73 +39,73 @@ pub(crate) fn is_on(world: &World, a: &str, b: &str) -> Option<bool> {
 }
 
 /// Whether the origin of `a` is in the room of the container `b`, a millimetre or more below its rim.
-pub(crate) fn is_inside(world: &World, a: &str, b: &str) -> Option<bool> {
-    let room = world.object(b)?.container?;
-    Some(room.contains(place_in(world, a, b)?.into(), -INSIDE_MARGIN))
+pub(crate) fn is_inside(view: &View<'_>, a: &str, b: &str) -> Option<bool> {
+    let room = view.world().object(b)?.container?;
+    Some(room.contains(place_in(view, a, b)?.into(), -INSIDE_MARGIN))
 }
 
 /// Whether `a` has been put down at the place `b`: at most `limit` metres from it in the plane, still, and not held.
-pub(crate) fn is_put_down(world: &World, a: &str, b: &str, limit: f64) -> Option<bool> {
-    let apart = (position(world, a)? - position(world, b)?).xy().norm();
+pub(crate) fn is_put_down(view: &View<'_>, a: &str, b: &str, limit: f64) -> Option<bool> {
+    let apart = (view.position(a)? - view.position(b)?).xy().norm();
+    let world = view.world();
     Some(apart <= limit && world.speed(a)? <= REST_SPEED && !is_held(world, a))
 }
 
-/// Where the origin of an object, or the TCP of the gripper, is: metres, world frame.
-pub(crate) fn position(world: &World, name: &str) -> Option<Vector3<f64>> {
-    if name == GRIPPER { Some(world.tcp().translation.vector) } else { Some(world.pose(name)?.translation.vector) }
-}
-
 /// The distance of two origins, or of an origin and the TCP of the gripper, in metres.
-pub(crate) fn distance(world: &World, a: &str, b: &str) -> Option<f64> {
-    Some((position(world, a)? - position(world, b)?).norm())
+pub(crate) fn distance(view: &View<'_>, a: &str, b: &str) -> Option<f64> {
+    Some((view.position(a)? - view.position(b)?).norm())
 }
 
 /// The origin of `a` in the full frame of `b`, which turns and tilts with `b`: metres. Either may be the gripper.
-pub(crate) fn offset(world: &World, a: &str, b: &str) -> Option<[f64; 3]> {
-    let frame = if b == GRIPPER { world.tcp() } else { world.pose(b)? };
-    let local = frame.rotation.inverse() * (position(world, a)? - frame.translation.vector);
+pub(crate) fn offset(view: &View<'_>, a: &str, b: &str) -> Option<[f64; 3]> {
+    let frame = if b == GRIPPER { view.world().tcp() } else { view.canonical_pose(b)? };
+    let local = frame.rotation.inverse() * (view.position(a)? - frame.translation.vector);
     Some([local.x, local.y, local.z])
 }
 
 /// The angle between the z axis of an object and the vertical, in radians.
-pub(crate) fn tilt(world: &World, object: &str) -> Option<f64> {
-    let axis = world.pose(object)?.rotation * Vector3::z();
+pub(crate) fn tilt(view: &View<'_>, object: &str) -> Option<f64> {
+    let axis = view.canonical_pose(object)?.rotation * Vector3::z();
     Some(libm::acos(axis.z.clamp(-1.0, 1.0)))
 }
 
 /// The fraction of all beads that is in the container. It is 0 in a world without beads.
-pub(crate) fn fill(world: &World, container: &str) -> Option<f64> {
-    let (inside, all) = (world.beads_inside(container)?, world.beads().len());
+pub(crate) fn fill(view: &View<'_>, container: &str) -> Option<f64> {
+    let (inside, all) = (view.world().beads_inside(container)?, view.world().beads().len());
     Some(if all == 0 { 0.0 } else { inside as f64 / all as f64 })
 }
 
 /// The origin of `a` in the frame of `b`, by the product of their poses: metres.
-fn place_in(world: &World, a: &str, b: &str) -> Option<Vector3<f64>> {
-    Some((world.pose(b)?.inverse() * world.pose(a)?).translation.vector)
+fn place_in(view: &View<'_>, a: &str, b: &str) -> Option<Vector3<f64>> {
+    Some((view.pose(b)?.inverse() * view.pose(a)?).translation.vector)
 }
 
 /// Whether a place in the frame of an object is above or below the upright rectangle that holds the object's parts. The
 /// circle about a plank alone would hold places beside its long sides, where nothing can lie on it.
 fn is_within_rectangle(parts: &[Part], place: &Vector3<f64>) -> bool {
     [0, 1].iter().all(|&axis| {
-        let ends = parts.iter().map(|part| (part.pose.translation.vector[axis], half_extent(part, axis)));
-        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (middle, half)| {
-            (low.min(middle - half), high.max(middle + half))
-        });
+        let ends = parts.iter().map(|part| extent(part, axis));
+        let (low, high) = ends
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (least, most)| (low.min(least), high.max(most)));
         (low..=high).contains(&place[axis])
     })
 }
 
-/// How far a part reaches to either side of its middle along an axis of its object, in metres.
-fn half_extent(part: &Part, axis: usize) -> f64 {
-    let turn = part.pose.rotation.to_rotation_matrix();
+/// From where to where a part reaches along an axis of its object, in metres.
+fn extent(part: &Part, axis: usize) -> (f64, f64) {
+    let (turn, middle) = (part.pose.rotation.to_rotation_matrix(), part.pose.translation.vector[axis]);
     let along = |half: [f64; 3]| (0..3).map(|k| turn[(axis, k)].abs() * half[k]).sum();
-    match part.shape {
+    let half: f64 = match part.shape {
         Convex::Cuboid { half } => along(half),
         Convex::Ball { radius } => radius,
         // The box about it.
         Convex::Cylinder { radius, half_height } | Convex::Prism { radius, half_height, .. } => {
             along([radius, radius, half_height])
         }
-    }
+        Convex::Hull { ref corners } => {
+            let places = corners.iter().map(|corner| middle + (0..3).map(|k| turn[(axis, k)] * corner[k]).sum::<f64>());
+            return places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)));
+        }
+    };
+    (middle - half, middle + half)
 }

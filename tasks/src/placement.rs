@@ -21,6 +21,10 @@ pub struct Start {
     pub yaw: [f64; 2],
     /// Least distance of the origin from those of all objects listed before, in the plane, in metres.
     pub apart: Option<f64>,
+    /// Least and largest factor of the object's mass, drawn anew at each start, all equally likely. None: its own mass.
+    pub mass: Option<[f64; 2]>,
+    /// Least and largest factor of its coefficients of friction, in the same way.
+    pub friction: Option<[f64; 2]>,
 }
 
 /// An object, and where it starts.

@@ -22,7 +22,7 @@ const LIBRARY: [(&str, &str); 6] = [
 #[derive(Debug, Clone, Default)]
 pub struct Registry {
     tasks: BTreeMap<String, Task>,
-    /// The text of each task's file.
+    /// The text of each task's file, and the hashes of its meshes.
     texts: BTreeMap<String, String>,
 }
 
@@ -71,7 +71,8 @@ impl Registry {
         if self.tasks.contains_key(&name) {
             return Err(TaskError::DuplicateTask { file: file.to_owned(), name });
         }
-        self.texts.insert(name.clone(), text.to_owned());
+        let meshes = task.meshes().iter().map(|(file, hash)| format!("# mesh {file} {hash}\n"));
+        self.texts.insert(name.clone(), text.to_owned() + &meshes.collect::<String>());
         self.tasks.insert(name, task);
         Ok(())
     }
@@ -86,7 +87,9 @@ impl Registry {
         self.tasks.values()
     }
 
-    /// The text of the file that the task of this name was read from; `None` where there is no such task.
+    /// The text of the file that the task of this name was read from; `None` where there is no such task. Where the
+    /// task uses meshes, a line of comment follows for each of their files, with its SHA-256: so two tasks of the same
+    /// text are the same task.
     pub fn text(&self, name: &str) -> Option<&str> {
         self.texts.get(name).map(String::as_str)
     }

@@ -3,7 +3,7 @@
 
 use std::fmt;
 
-use situ_sim::{MotionEnd, World};
+use situ_sim::{MotionEnd, Pose, World};
 
 use crate::episode::Episode;
 use crate::moment::Moment;
@@ -67,7 +67,11 @@ impl ScriptRecord {
     }
 }
 
-/// Runs the program of the competent teacher: again and again the first skill that may run, until the goal holds.
+/// How the frame of a skill's reference object is seen: by a person, or by the robot.
+type Sees = fn(&Episode, &str) -> Option<Pose>;
+
+/// Runs the program of the competent teacher, who sees things as they are: again and again the first skill that may
+/// run, until the goal holds.
 pub fn competent(episode: &mut Episode, observer: &mut dyn FnMut(&World)) -> ScriptRecord {
     let mut record = ScriptRecord::new();
     loop {
@@ -83,15 +87,16 @@ pub fn competent(episode: &mut Episode, observer: &mut dyn FnMut(&World)) -> Scr
             record.ending = Ending::OutOfTime;
             return record;
         }
-        if let Some(ending) = perform_skill(episode, &skill, &mut record, &mut |_, _| false, observer) {
+        let seen = (&skill, Episode::true_reference_pose as Sees);
+        if let Some(ending) = perform_skill(episode, seen, &mut record, &mut |_, _| false, observer) {
             record.ending = ending;
             return record;
         }
     }
 }
 
-/// Runs the original program without looking: each skill once, in the order of the file. A task model without the
-/// needed edit would do the same.
+/// Runs the original program without looking at what became of it: each skill once, in the order of the file, about
+/// things where the robot sees them. A task model without the needed edit would do the same.
 pub fn original(episode: &mut Episode, observer: &mut dyn FnMut(&World)) -> ScriptRecord {
     once(episode, &mut |_, _, _| false, observer)
 }
@@ -115,7 +120,9 @@ fn once(
             return record;
         }
         let mut stops_here = |episode: &Episode, moment| stops(episode, moment, &skill.reference);
-        if let Some(ending) = perform_skill(episode, &skill, &mut record, &mut stops_here, observer) {
+        if let Some(ending) =
+            perform_skill(episode, (&skill, Episode::reference_pose), &mut record, &mut stops_here, observer)
+        {
             record.ending = ending;
             return record;
         }
@@ -128,7 +135,7 @@ fn once(
 /// ended, if it ended on the way: because `stops` said so, or because the arm cannot go on.
 fn perform_skill(
     episode: &mut Episode,
-    skill: &Skill,
+    (skill, sees): (&Skill, Sees),
     record: &mut ScriptRecord,
     stops: &mut dyn FnMut(&Episode, Moment) -> bool,
     observer: &mut dyn FnMut(&World),
@@ -137,7 +144,7 @@ fn perform_skill(
         return Some(Ending::Stopped);
     }
     record.skills.push(skill.name.clone());
-    let frame = episode.reference_pose(&skill.reference)?;
+    let frame = sees(episode, &skill.reference)?;
     for (index, keyframe) in skill.keyframes.iter().enumerate() {
         record.keyframes += 1;
         let end = episode.perform(&(frame * keyframe.pose), keyframe.gripper, keyframe.hold, observer);

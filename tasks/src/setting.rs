@@ -1,6 +1,6 @@
 //! A task with one variation applied, or none: all that an episode needs.
 
-use situ_sim::{Beads, Guard, Magnet, Slide};
+use situ_sim::{Beads, Guard, Hinge, Magnet, Slide, World};
 
 use crate::edit::NeededEdit;
 use crate::event::Event;
@@ -9,7 +9,10 @@ use crate::intervention::Intervention;
 use crate::placement::{HandStart, Placed};
 use crate::plant::Plant;
 use crate::predicate::Predicate;
+use crate::role::{self, ObjectRole};
+use crate::sight::{Perception, Sight};
 use crate::skill::Skill;
+use crate::view::View;
 
 /// A task with one variation applied, or none (the original).
 #[derive(Debug, Clone, PartialEq)]
@@ -26,10 +29,14 @@ pub struct Setting {
     pub accepts_edges: Vec<[String; 2]>,
     /// The objects, in the order in which they are put down.
     pub objects: Vec<Placed>,
+    /// The roles that objects can fill.
+    pub roles: Vec<ObjectRole>,
     /// The container that is filled at the start, and its beads.
     pub beads: Option<(String, Beads)>,
     /// What slides along what.
     pub slides: Vec<Slide>,
+    /// What turns on what.
+    pub hinges: Vec<Hinge>,
     /// Magnets between objects.
     pub magnets: Vec<Magnet>,
     /// What happens during an episode, once each.
@@ -52,6 +59,8 @@ pub struct Setting {
     pub guard: Guard,
     /// Iterations of the physics' solver in each step, if they are not the usual number.
     pub solver_iterations: Option<usize>,
+    /// How well a camera sees. None: it sees everything as it is.
+    pub perception: Option<Perception>,
     /// Where the hand starts.
     pub hand: HandStart,
     /// What carries it.
@@ -65,6 +74,22 @@ impl Setting {
             Some(variation) => format!("{}/{variation}", self.task),
             None => self.task.clone(),
         }
+    }
+
+    /// A world of this setting as it is, for conditions and features that speak of roles.
+    pub fn view<'a>(&'a self, world: &'a World) -> View<'a> {
+        role::view(&self.roles, world, None)
+    }
+
+    /// The same as a camera has seen it, if there is one.
+    pub(crate) fn seen<'a>(&'a self, world: &'a World, sight: Option<&'a Sight>) -> View<'a> {
+        role::view(&self.roles, world, sight)
+    }
+
+    /// The reference that an object is: the role that it can fill, or itself.
+    pub fn reference_of<'a>(&'a self, object: &'a str) -> &'a str {
+        let fills = |role: &&ObjectRole| role.objects.iter().any(|(name, _)| name == object);
+        self.roles.iter().find(fills).map_or(object, |role| &role.name)
     }
 
     /// Whether the original task's program has this very skill. If it has, a model of the original task knows how to go

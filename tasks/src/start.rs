@@ -2,14 +2,14 @@
 //! else stands on the table.
 
 use nalgebra::Vector3;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
+use rand::RngExt;
 use situ_sim::{ArmModel, Convex, Object, Outline, Part, Pose, SimError, World, pose_at, rotation_about};
 
 use crate::error::TaskError;
 use crate::placement::Placed;
 use crate::plant::Plant;
 use crate::setting::Setting;
+use crate::stream::stream;
 
 /// How often a place is drawn anew before the region counts as full.
 const TRIES: usize = 1000;
@@ -75,7 +75,7 @@ pub(crate) fn world(setting: &Setting, seed: u64) -> Result<World, TaskError> {
     }
     check_apart(setting, seed, &world)?;
     world.settle(SETTLE);
-    if setting.premise.holds(&world) {
+    if setting.premise.holds(setting.view(&world)) {
         Ok(world)
     } else {
         Err(TaskError::Premise { task: setting.label(), seed, condition: setting.premise.to_string() })
@@ -114,15 +114,31 @@ fn check_apart(setting: &Setting, seed: u64, world: &World) -> Result<(), TaskEr
     })
 }
 
-/// Puts an object in its place, on its slide if it has one.
+/// Puts an object in its place, on its slide or its hinge if it has one.
 fn put(setting: &Setting, placed: &Placed, seed: u64, world: &mut World) -> Result<(), TaskError> {
     let refused = |source| TaskError::World { task: setting.label(), source };
     let pose = place(setting, placed, seed, world)?;
-    world.add(placed.body.clone(), pose).map_err(refused)?;
+    world.add(material(placed, seed), pose).map_err(refused)?;
     for slide in setting.slides.iter().filter(|slide| slide.child == placed.body.name) {
         world.slide(slide).map_err(refused)?;
     }
+    for hinge in setting.hinges.iter().filter(|hinge| hinge.child == placed.body.name) {
+        world.hinge(hinge).map_err(refused)?;
+    }
     Ok(())
+}
+
+/// The body of an object, with the mass and the friction that this start gives it. Each has a stream of its own, so
+/// that the object's place does not depend on whether they vary.
+fn material(placed: &Placed, seed: u64) -> Object {
+    let body = placed.body.clone();
+    let factor = |range: Option<[f64; 2]>, what: &str| {
+        range.map(|[low, high]| stream(seed, &format!("the {what} of {}", body.name)).random_range(low..=high))
+    };
+    match (factor(placed.start.mass, "mass"), factor(placed.start.friction, "friction")) {
+        (None, None) => body,
+        (mass, friction) => body.with_material(mass.unwrap_or(1.0), friction.unwrap_or(1.0)),
+    }
 }
 
 /// A random pose in the object's region, far enough from the objects that are there already.
@@ -141,7 +157,7 @@ fn place(setting: &Setting, placed: &Placed, seed: u64, world: &World) -> Result
             others.map(|other| (other.translation.vector - pose.translation.vector).xy().norm()).all(|d| d >= apart)
         };
         if start.apart.is_none_or(far) {
-            return Ok(along_slide(setting, name, pose, world));
+            return Ok(about_hinge(setting, name, along_slide(setting, name, pose, world), world));
         }
     }
     Err(TaskError::Crowded { task: setting.label(), seed, object: name.clone(), tries: TRIES })
@@ -160,43 +176,12 @@ fn along_slide(setting: &Setting, name: &str, place: Pose, world: &World) -> Pos
     }
 }
 
-/// The stream of random numbers of a seed and a name (hashed as FNV-1a, 64 bit).
-fn stream(seed: u64, name: &str) -> ChaCha8Rng {
-    const OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
-    const PRIME: u64 = 0x0100_0000_01b3;
-    let hash = name.bytes().fold(OFFSET, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(PRIME));
-    let mut key = [0; 32];
-    key[..8].copy_from_slice(&seed.to_le_bytes());
-    key[8..16].copy_from_slice(&hash.to_le_bytes());
-    ChaCha8Rng::from_seed(key)
-}
-
-/// A pose with its z axis made vertical: the position, and the heading of the x axis. Where x points up or down, the
-/// heading of the y axis.
-///
-/// Keyframes are relative to it. So a block that lies on another face is picked like any other.
-pub(crate) fn level(pose: &Pose) -> Pose {
-    /// An axis that is shorter than this in the plane has no clear heading: it is steeper than 60°.
-    const LEAST: f64 = 0.5;
-    let x = (pose.rotation * Vector3::x()).xy();
-    let y = (pose.rotation * Vector3::y()).xy();
-    let yaw = if x.norm() >= LEAST { libm::atan2(x.y, x.x) } else { libm::atan2(-y.x, y.y) };
-    let mut level = pose_at([0.0; 3], rotation_about([0.0, 0.0, 1.0], yaw));
-    level.translation = pose.translation;
-    level
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_level_frame_keeps_position_and_heading() {
-        let upright = pose_at([0.1, 0.2, 0.3], rotation_about([0.0, 0.0, 1.0], 0.4));
-        assert!((level(&upright).to_homogeneous() - upright.to_homogeneous()).norm() < 1e-12);
-        let leaning = upright * rotation_about([0.0, 1.0, 0.0], 0.2);
-        assert!((level(&leaning).to_homogeneous() - upright.to_homogeneous()).norm() < 1e-12);
-        let on_its_side = upright * rotation_about([0.0, 1.0, 0.0], std::f64::consts::FRAC_PI_2);
-        assert!((level(&on_its_side).to_homogeneous() - upright.to_homogeneous()).norm() < 1e-12);
+/// The pose of an object that starts further about its hinge than its place at value 0. For any other object, its
+/// place.
+fn about_hinge(setting: &Setting, name: &str, place: Pose, world: &World) -> Pose {
+    let hinge = setting.hinges.iter().find(|hinge| hinge.child == name);
+    match hinge.and_then(|hinge| Some((hinge, world.pose(&hinge.parent)?))) {
+        Some((hinge, frame)) => frame * hinge.turned(&(frame.inverse() * place), hinge.value),
+        None => place,
     }
 }

@@ -1,9 +1,10 @@
 //! A task family: the original and its variations, read from one file.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::builder::Builder;
+use crate::builder::{Builder, mesh};
 use crate::error::TaskError;
 use crate::feature::WorldSchema;
 use crate::file::TaskFile;
@@ -23,21 +24,24 @@ pub struct Task {
     original: Arc<Setting>,
     variations: Vec<Arc<Setting>>,
     sequences: Vec<VariationSequence>,
+    /// The SHA-256 of each file of a mesh, by its name.
+    meshes: BTreeMap<String, String>,
 }
 
 impl Task {
-    /// Reads a task from the text of its file. `file` is for messages only.
+    /// Reads a task from the text of its file. `file` is for messages, and files of meshes are looked for beside it.
     ///
     /// # Errors
     /// [`TaskError::File`] with line, key and what was expected. The text is no TOML; a key is missing, unknown or of
-    /// the wrong type; a name is unknown or given twice; a number is not finite or out of range; or a variation does
-    /// not change what its edit says.
+    /// the wrong type; a name is unknown or given twice; a number is not finite or out of range; a mesh cannot be read;
+    /// or a variation does not change what its edit says.
     pub fn parse(text: &str, file: &Path) -> Result<Task, TaskError> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let document = Document::parse(text, file)?;
         document.check_kind(FileKind::Task)?;
         document.check_finite()?;
-        let content: TaskFile = toml::from_str(text).map_err(|error| document.serde_error(&error))?;
+        let mut content: TaskFile = toml::from_str(text).map_err(|error| document.serde_error(&error))?;
+        let meshes = mesh::read(&mut content, &document, file.parent().unwrap_or(Path::new("")))?;
         let builder = Builder { document: &document, file: &content };
         builder.check_names()?;
         let schema = builder.schema()?;
@@ -46,7 +50,7 @@ impl Task {
             (0..content.variation.len()).map(|i| builder.setting(&schema, Some(i)).map(Arc::new)).collect();
         let sequences = builder.sequences()?;
         let analysis = content.analysis.trim().to_owned();
-        Ok(Task { name: content.name, analysis, schema, original, variations: variations?, sequences })
+        Ok(Task { name: content.name, analysis, schema, original, variations: variations?, sequences, meshes })
     }
 
     /// The same task with something else to carry the hand.
@@ -80,6 +84,11 @@ impl Task {
     /// The sequences of variations, in the order of the file.
     pub fn sequences(&self) -> &[VariationSequence] {
         &self.sequences
+    }
+
+    /// The SHA-256 of each file of a mesh that the task uses, in hexadecimal digits, by the file's name.
+    pub fn meshes(&self) -> &BTreeMap<String, String> {
+        &self.meshes
     }
 
     /// All settings: the original, then the variations in the order of the file.

@@ -2,20 +2,27 @@
 //! measurement.
 
 use crate::expression::{Argument, Call};
+use crate::view::View;
 
 /// What a name in a condition or a feature has to be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Role {
-    /// An object.
+    /// An object, or a role that objects can fill.
     Object,
+    /// An object itself, and no role.
+    Body,
     /// An object or the gripper.
     Point,
+    /// An object or the table.
+    Base,
     /// A container.
     Container,
     /// A container, in a task with beads.
     Filled,
     /// An object that slides.
     Sliding,
+    /// An object that turns on a hinge.
+    Turning,
 }
 
 /// The number that a word takes after its names.
@@ -89,9 +96,11 @@ impl<M> Word<M> {
 }
 
 impl Arguments {
-    /// The two names. One that the word does not take is empty.
-    pub(crate) fn names(&self) -> [&str; 2] {
-        [0, 1].map(|place| self.names.get(place).map_or("", String::as_str))
+    /// The two objects that the names speak of in a view. One that the word does not take is empty. None where a role
+    /// is filled by nothing.
+    pub(crate) fn names_in<'a>(&'a self, view: &View<'a>) -> Option<[&'a str; 2]> {
+        let name = |place: usize| self.names.get(place).map_or(Some(""), |name| view.object(name));
+        Some([name(0)?, name(1)?])
     }
 }
 

@@ -12,6 +12,7 @@ mod provenance;
 mod published;
 mod readme;
 mod recorded;
+mod roles;
 mod run;
 mod shards;
 mod show;

@@ -52,7 +52,7 @@ fn runner<'a>(
 }
 
 /// The canonical ledger, without its times, of a run on so many threads.
-fn run(plan: &Plan, path: &Path, threads: usize) -> Result<Vec<Record>, BenchError> {
+pub(crate) fn run(plan: &Plan, path: &Path, threads: usize) -> Result<Vec<Record>, BenchError> {
     let (ledger, contents) = Ledger::open(path)?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let stop = AtomicBool::new(false);

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use crate::frame::Pose;
-use crate::object::{Convex, Object, Outline, Part};
+use crate::object::{Convex, Object, Outline, Part, Rolling};
 use crate::shape::number::{all_positive, positive};
 
 /// A cuboid. Frame: the centre.
@@ -68,14 +68,19 @@ pub struct Sphere {
     pub density: f64,
     /// Coefficient of friction.
     pub friction: f64,
+    /// Coefficient of rolling friction, 0 to 1: on a level plane the ball slows down by 5/7 of it times 9.81 m/s². A
+    /// ball without it rolls for ever.
+    #[serde(default)]
+    pub rolling_friction: f64,
 }
 
 impl Sphere {
     /// The ball as an object.
     pub fn object(&self, name: impl Into<String>) -> Object {
-        let Sphere { radius, density, friction } = *self;
+        let Sphere { radius, density, friction, rolling_friction } = *self;
         let part = Part::new(Convex::Ball { radius }, Pose::identity(), density, friction);
         Object::new(name, vec![part], Outline { top: radius, reach: radius })
+            .with_rolling(Rolling { radius, friction: rolling_friction })
     }
 }
 
@@ -100,6 +105,35 @@ impl Housing {
         let part = Part::cuboid(half, [0.0, 0.0, half[2]], density, friction);
         let outline = Outline { top: 2.0 * half[2], reach: libm::hypot(half[0], half[1]) };
         Object::new(name, vec![part], outline).fixed().with_color([118, 124, 132])
+    }
+}
+
+/// A plate with a bar to take it by: a door, the lid of a box, a lever. Frame: the centre of the plate.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Panel {
+    /// Half extents of the plate along x, y, z in metres.
+    #[serde(deserialize_with = "all_positive")]
+    pub half: [f64; 3],
+    /// Centre of the bar in metres.
+    pub bar_at: [f64; 3],
+    /// Half extents of the bar in metres.
+    #[serde(deserialize_with = "all_positive")]
+    pub bar: [f64; 3],
+    /// kg/m³.
+    #[serde(deserialize_with = "positive")]
+    pub density: f64,
+    /// Coefficient of friction.
+    pub friction: f64,
+}
+
+impl Panel {
+    /// The panel as an object.
+    pub fn object(&self, name: impl Into<String>) -> Object {
+        let Panel { half, bar_at, bar, density, friction } = *self;
+        let parts = vec![Part::cuboid(half, [0.0; 3], density, friction), Part::cuboid(bar, bar_at, density, friction)];
+        let outline = Outline { top: half[2], reach: libm::hypot(half[0], half[1]) };
+        Object::new(name, parts, outline).with_color([198, 166, 120])
     }
 }
 

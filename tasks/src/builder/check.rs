@@ -4,6 +4,7 @@ use situ_sim::MAX_OPENING;
 
 use super::names::Names;
 use crate::error::TaskError;
+use crate::expression::Call;
 use crate::file::TaskFile;
 use crate::key::{Document, KeyPath};
 use crate::name;
@@ -22,10 +23,8 @@ impl Builder<'_> {
     }
 
     pub(super) fn predicate(&self, key: &KeyPath, text: &str, names: &Names) -> Result<Predicate, TaskError> {
-        let predicate = Predicate::parse(text).map_err(|expected| self.document.error(key, expected))?;
-        let mut mistake = None;
-        predicate.visit_names(&mut |name, role| mistake = mistake.take().or_else(|| names.mistake(name, role)));
-        mistake.map_or(Ok(predicate), |expected| self.wrong(key, expected))
+        let call = Call::parse(text).map_err(|expected| self.document.error(key, expected))?;
+        self.condition(key, &call, names)
     }
 
     pub(super) fn check_name(&self, key: &KeyPath, name: &str, role: Role, names: &Names) -> Result<(), TaskError> {

@@ -92,9 +92,12 @@ impl Builder<'_> {
     /// The names of the original and of all variations.
     fn all_names(&self) -> Names {
         let (file, root) = (self.file, KeyPath::default());
-        let names = |object, slide, beads| Names::new(&located(&root, "", object), &located(&root, "", slide), beads);
-        let original = names(&file.object, &file.joint, file.beads.is_some());
-        let variations = file.variation.iter().map(|v| names(&v.object, &v.joint, v.beads.is_some()));
+        let names = |object, slide, hinge, beads| {
+            let (slide, hinge) = (located(&root, "", slide), located(&root, "", hinge));
+            Names::new(&located(&root, "", object), &slide, &hinge, beads)
+        };
+        let original = names(&file.object, &file.joint, &file.hinge, file.beads.is_some());
+        let variations = file.variation.iter().map(|v| names(&v.object, &v.joint, &v.hinge, v.beads.is_some()));
         variations.fold(original, Names::and)
     }
 }

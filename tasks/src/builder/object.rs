@@ -1,6 +1,6 @@
 //! What is there, and where it starts: `[[object]]`, `[beads]` and `[[magnet]]`.
 
-use situ_sim::{Beads, Magnet, Pose, SimError, World, pose_at};
+use situ_sim::{Beads, Magnet, Mobility, Object, Pose, SimError, World, pose_at};
 
 use super::check::Builder;
 use super::layers::Located;
@@ -22,11 +22,37 @@ impl Builder<'_> {
             let body = object.body();
             // The physics knows more rules than are worth repeating here, so it is asked.
             world
-                .add(body.clone(), Pose::identity())
+                .add(Object { symmetry: None, ..body.clone() }, Pose::identity())
                 .map_err(|e| self.document.error(&key.field("shape"), e.to_string()))?;
+            if body.symmetry.is_some() {
+                let added = World::new().add(body.clone(), Pose::identity());
+                added.map_err(|e| self.document.error(&key.field("symmetry"), e.to_string()))?;
+            }
+            self.material(&key.field("start"), &body, &start)?;
             placed.push(Placed { body, start });
         }
         Ok(placed)
+    }
+
+    /// Whether the factors of mass and friction are possible, for whatever is drawn.
+    fn material(&self, key: &KeyPath, body: &Object, start: &Start) -> Result<(), TaskError> {
+        if start.mass.is_some() && body.mobility == Mobility::Fixed {
+            let expected = format!("`{}` is fixed and has no mass; expected one that moves", body.name);
+            return self.wrong(&key.field("mass"), expected);
+        }
+        for (field, range) in [("mass", start.mass), ("friction", start.friction)] {
+            let (key, Some([low, high])) = (key.field(field), range) else { continue };
+            if !(low > 0.0 && low <= high) {
+                let expected = format!("[{low}, {high}]: expected factors above 0 as [least, largest]");
+                return self.wrong(&key, expected);
+            }
+            for factor in [low, high] {
+                let [mass, friction] = if field == "mass" { [factor, 1.0] } else { [1.0, factor] };
+                let added = World::new().add(body.clone().with_material(mass, friction), Pose::identity());
+                added.map_err(|e| self.document.error(&key, format!("times {factor}: {e}")))?;
+            }
+        }
+        Ok(())
     }
 
     pub(super) fn start(&self, key: &KeyPath, start: &Start, before: &[Placed]) -> Result<Start, TaskError> {
@@ -51,6 +77,7 @@ impl Builder<'_> {
     }
 
     pub(super) fn beads(&self, key: &KeyPath, file: &BeadsFile, names: &Names) -> Result<(String, Beads), TaskError> {
+        self.check_name(&key.field("container"), &file.container, Role::Body, names)?;
         self.check_name(&key.field("container"), &file.container, Role::Container, names)?;
         if file.count == 0 {
             return self.wrong(&key.field("count"), "0: expected at least one bead");
@@ -72,8 +99,8 @@ impl Builder<'_> {
     }
 
     pub(super) fn magnet(&self, key: &KeyPath, file: &MagnetFile, names: &Names) -> Result<Magnet, TaskError> {
-        self.check_name(&key.field("a"), &file.a, Role::Object, names)?;
-        self.check_name(&key.field("b"), &file.b, Role::Object, names)?;
+        self.check_name(&key.field("a"), &file.a, Role::Body, names)?;
+        self.check_name(&key.field("b"), &file.b, Role::Body, names)?;
         self.check_positive(&key.field("force"), file.force)?;
         self.check_positive(&key.field("range"), file.range)?;
         let seat = pose_at(file.seat, Default::default());

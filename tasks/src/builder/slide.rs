@@ -39,7 +39,7 @@ impl<'a> Builder<'a> {
         names: &Names,
     ) -> Result<Slide, TaskError> {
         for (field, name) in [("object", &file.child), ("parent", &file.parent)] {
-            self.check_name(&key.field(field), name, Role::Object, names)?;
+            self.check_name(&key.field(field), name, Role::Body, names)?;
         }
         let place = |name: &String| placed.iter().position(|placed| &placed.body.name == name);
         if place(&file.parent) >= place(&file.child) {

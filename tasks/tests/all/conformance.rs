@@ -27,11 +27,11 @@ fn settings() -> Vec<Arc<Setting>> {
     all
 }
 
-fn start(setting: &Arc<Setting>, seed: u64) -> Episode {
+pub(crate) fn start(setting: &Arc<Setting>, seed: u64) -> Episode {
     Episode::start(setting, seed).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn unwatched(_: &World) {}
+pub(crate) fn unwatched(_: &World) {}
 
 /// How the original program ends where an edit is needed: as `usual`, unless the arm finds no plan in the setting.
 fn ending(label: &str, without_plan: &[&str], usual: Ending) -> Ending {
@@ -39,8 +39,8 @@ fn ending(label: &str, without_plan: &[&str], usual: Ending) -> Ending {
 }
 
 /// One skill, as a teacher performs it.
-fn perform(episode: &mut Episode, skill: &Skill) {
-    let frame = episode.reference_pose(&skill.reference).expect("the reference object is there");
+pub(crate) fn perform(episode: &mut Episode, skill: &Skill) {
+    let frame = episode.true_reference_pose(&skill.reference).expect("the reference object is there");
     for (index, keyframe) in skill.keyframes.iter().enumerate() {
         episode.perform(&(frame * keyframe.pose), keyframe.gripper, keyframe.hold, &mut unwatched);
         episode.reached_keyframe(&skill.reference, index);
@@ -48,7 +48,7 @@ fn perform(episode: &mut Episode, skill: &Skill) {
 }
 
 /// Everything that can be measured of an episode, as bits.
-fn bits(episode: &Episode) -> Vec<u64> {
+pub(crate) fn bits(episode: &Episode) -> Vec<u64> {
     let world = episode.world();
     let poses = world.objects().filter_map(|name| world.pose(name)).chain([world.tcp()]);
     let mut numbers: Vec<f64> =

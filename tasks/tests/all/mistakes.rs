@@ -6,6 +6,9 @@ use situ_tasks::{Registry, Task, TaskError};
 
 const POUR: &str = include_str!("../../library/pour.toml");
 const DRAWER: &str = include_str!("../../library/drawer.toml");
+const BALLS: &str = include_str!("../data/balls.toml");
+const CHEST: &str = include_str!("../data/chest.toml");
+const JAR: &str = include_str!("../data/jar.toml");
 
 /// As [`reports_in`] of `pour.toml`.
 #[track_caller]
@@ -70,6 +73,27 @@ fn names() {
         "held(pitcher\"",
         "skill[0].until",
         "in column 13",
+    );
+    reports(
+        "until = \"held(pitcher)\"",
+        "until = \"on(pitcher, tabel)\"",
+        "tabel",
+        "skill[0].until",
+        "expected `table` or one of bowl, mat, pitcher",
+    );
+    reports(
+        "until = \"held(pitcher)\"",
+        "until = \"at_least(2, held(pitcher), held(lid))\"",
+        "at_least",
+        "skill[0].until",
+        "no object `lid`",
+    );
+    reports(
+        "until = \"held(pitcher)\"",
+        "until = \"at_least(2, held(pitcher))\"",
+        "at_least",
+        "skill[0].until",
+        "expected a whole number from 1 to 1",
     );
     reports("    \"seen(lid)\"", "    \"seen(cap)\"", "seen(cap)", "observe[9]", "no object `cap`");
     reports(
@@ -256,4 +280,125 @@ fn a_folder_of_tasks_is_added_and_names_must_differ() {
     assert!(builtin().with_dir(&folder.join("nowhere")).is_err_and(|error| error.to_string().contains("nowhere")));
     std::fs::write(folder.join("mine.toml"), POUR).expect("written");
     assert!(matches!(builtin().with_dir(&folder), Err(TaskError::DuplicateTask { name, .. }) if name == "pour"));
+}
+
+#[test]
+fn roles_and_counts() {
+    let balls = |from: &str, to: &str, line_of: &str, key: &str, expected: &str| {
+        reports_in(BALLS, from, to, line_of, key, expected);
+    };
+    let done = "done = \"inside(it, bin)\"";
+    balls(done, "done = \"inside(ball_1, bin)\"", "done = ", "role[0].done", "expected a condition about `it`");
+    balls(done, "done = \"inside(it, pot)\"", "done = ", "role[0].done", "no object `pot`");
+    balls(done, "done = \"near(it, ball, 0.1)\"", "done = ", "role[0].done", "`ball` is a role; expected `it`");
+    balls("name = \"ball\"\n", "name = \"bin\"\n", "role = \"ball\"", "object[1].role", "no role `ball`; expected bin");
+    balls(
+        "role = \"ball\"\n",
+        "role = \"cube\"\n",
+        "role = \"cube\"",
+        "object[1].role",
+        "no role `cube`; expected ball",
+    );
+    balls("role = \"ball\"\n", "", "name = \"ball\"", "role[0].name", "no object has `role = \"ball\"`");
+    balls("name = \"ball_1\"", "name = \"ball\"", "name = \"ball\"\ndone", "role[0].name", "is an object already");
+    balls("name = \"ball_1\"", "name = \"it\"", "done = ", "role[0].done", "an object is called `it`");
+    let premise = "all(each(ball, on(it, table))";
+    balls(premise, "all(each(bal, on(it, table))", "premise", "premise", "no role `bal`");
+    balls(premise, "all(each(ball, on(ball_1, table))", "premise", "premise", "expected a condition about `it`");
+    balls(premise, "all(each(ball)", "premise", "premise", "expected `each(role, condition about it)`");
+    balls("\"at_least(1, ", "\"at_least(2, ", "goal", "goal", "expected a whole number from 1 to 1");
+    balls("reference = \"ball\"", "reference = \"balls\"", "\"balls\"", "skill[0].reference", "ball, ball_1, bin");
+}
+
+#[test]
+fn material_symmetry_and_perception() {
+    let balls = |from: &str, to: &str, key: &str, expected: &str| reports_in(BALLS, from, to, "mass = ", key, expected);
+    balls("mass = [0.7, 1.4]", "mass = [1.4, 0.7]", "object[1].start.mass", "[least, largest]");
+    balls("mass = [0.7, 1.4]", "mass = [0.0, 0.7]", "object[1].start.mass", "factors above 0");
+    balls("mass = [0.7, 1.4]", "mass = [0.7, 40.0]", "object[1].start.mass", "density must be");
+    balls("friction = [0.8, 1.2]", "friction = [0.8, 20.0]", "object[1].start.friction", "friction must be 0 to 5");
+    let fixed = "start = { x = [0.18, 0.22], y = [-0.02, 0.02] }";
+    let mass = "start = { x = [0.18, 0.22], y = [-0.02, 0.02], mass = [0.5, 1.0] }";
+    reports_in(BALLS, fixed, mass, "mass = [0.5", "object[0].start.mass", "is fixed and has no mass");
+    let rolling = "rolling_friction = 2.0";
+    reports_in(
+        BALLS,
+        "rolling_friction = 0.02",
+        rolling,
+        rolling,
+        "object[1].shape",
+        "rolling friction must be 0 to 1",
+    );
+    let jar = |from: &str, to: &str, key: &str, expected: &str| reports_in(JAR, from, to, to, key, expected);
+    jar("symmetry = {}", "symmetry = { fold = 1 }", "object[1].symmetry", "2 to 360");
+    jar("symmetry = {}", "symmetry = { axis = [0.0, 0.0, 0.0] }", "object[1].symmetry", "must not be zero");
+    jar("position = 0.001", "position = 0.2", "perception.position", "expected a deviation of 0 to 0.1 metres");
+    jar("rotation = 0.01", "rotation = -0.01", "perception.rotation", "expected a deviation of 0 to 0.5 radians");
+    jar("eye = [0.0, -0.9, 0.8]", "eye = [0.0, -0.9, 0.0]", "perception.eye", "above the table");
+    let nothing = JAR.replace("position = 0.001\nrotation = 0.01\n", "");
+    let (from, to) = ("eye = [0.0, -0.9, 0.8]\n", "position = 0.0\n");
+    reports_in(&nothing, from, to, "[perception]", "perception", "expected `position`, `rotation` or `eye`");
+}
+
+#[test]
+fn hinges() {
+    let chest = |from: &str, to: &str, line_of: &str, key: &str, expected: &str| {
+        reports_in(CHEST, from, to, line_of, key, expected);
+    };
+    chest("travel = 1.8", "travel = 3.5", "[[hinge]]", "hinge[0]", "travel must be 0.01 to 3 rad");
+    chest("travel = 1.8", "travel = 0.0", "travel", "hinge[0].travel", "more than 0");
+    chest("travel = 1.8", "travel = 1.8\nvalue = 2.0", "value", "hinge[0].value", "expected 0 to 1.8");
+    chest("friction = 0.08", "friction = -0.08", "friction = -0.08", "hinge[0].friction", "0 or more");
+    chest("axis = [0.0, 1.0, 0.0]", "axis = [0.0, 0.0, 0.0]", "axis", "hinge[0].axis", "expected a direction");
+    chest("parent = \"chest\"", "parent = \"lid\"", "parent = \"lid\"", "hinge[0].parent", "listed before");
+    chest("parent = \"chest\"", "parent = \"box\"", "parent", "hinge[0].parent", "no object `box`");
+    chest("\"angle(lid)\"", "\"angle(chest)\"", "angle(chest)", "observe[1]", "does not turn");
+    chest(
+        "until = \"turned(lid, 1.0)\"",
+        "until = \"turned(chest, 1.0)\"",
+        "turned(chest",
+        "skill[0].until",
+        "does not turn",
+    );
+    let twice = "[[hinge]]\nobject = \"lid\"\nparent = \"chest\"\nat = [0.0, 0.0, 0.0]\naxis = [1.0, 0.0, 0.0]\n\
+                 travel = 1.0\nfriction = 0.1\n\n# The grasp";
+    chest(
+        "# The grasp",
+        twice,
+        "object = \"lid\"\nparent = \"chest\"\nat = [0.0, 0.0, 0.0]",
+        "hinge[1].object",
+        "turns already",
+    );
+    let slides = "[[joint]]\nobject = \"lid\"\nparent = \"chest\"\naxis = [1.0, 0.0, 0.0]\ntravel = 0.1\nfriction = 0.1\n\n[[hinge]]";
+    chest(
+        "[[hinge]]",
+        slides,
+        "object = \"lid\"\nparent = \"chest\"\nat",
+        "hinge[0].object",
+        "slides, by a `[[joint]]`",
+    );
+    let push = "[[event]]\nname = \"push\"\nafter = { reference = \"lid\", keyframe = 0 }\npush = \"lid\"\n\
+                by = [0.1, 0.0, 0.0]\nseconds = 1.0\n\n[[variation]]";
+    chest("[[variation]]", push, "push = \"lid\"", "event[0].push", "turns on a hinge");
+}
+
+#[test]
+fn meshes() {
+    let figure = include_str!("../data/figure.toml");
+    let wrong = |to: &str, expected: &str| {
+        reports_in(figure, "file = \"figure.obj\"", to, to, "object[1].shape.mesh.file", expected);
+    };
+    wrong("file = \"figure.ply\"", "ends in .obj or .stl");
+    wrong("file = \"../figure.obj\"", "in the folder of this one");
+    wrong("file = \"/figure.obj\"", "in the folder of this one");
+    wrong("file = \"figure.obj\"", "cannot read folder/figure.obj");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data");
+    let read = |from: &str, to: &str| {
+        Task::parse(&figure.replacen(from, to, 1), &folder.join("figure.toml")).map_err(|error| error.to_string())
+    };
+    assert!(read("", "").is_ok());
+    let far = read("scale = 0.001", "scale = 1.0").expect_err("30 m");
+    assert!(far.contains("figure.toml:20: `object[1].shape.mesh.file`: ") && far.contains("expected `scale`"), "{far}");
+    let loose = read("scale = 0.001", "scale = 0.001, tolerance = 0.2").expect_err("too loose");
+    assert!(loose.contains("expected at most 0.1 m"), "{loose}");
 }

@@ -56,7 +56,8 @@ fn each_condition_agrees_with_the_labels() {
     assert!(complaints.is_empty(), "{}", complaints.join("\n"));
 }
 
-/// `not`, `all` and `any` are logic: their truth table, over one condition that holds and one that does not.
+/// `not`, `all`, `any` and `at_least` are logic: their truth table, over one condition that holds and one that does
+/// not.
 #[test]
 fn logic() {
     let scene = Scene::start("sort_blocks", None, SEEDS[0]);
@@ -78,13 +79,21 @@ fn logic() {
         expect(&format!("any({first}, {second})"), a || b);
         expect(&format!("not(all({first}, {second}))"), !a || !b);
         expect(&format!("not(any({first}, {second}))"), !a && !b);
+        expect(&format!("at_least(1, {first}, {second})"), a || b);
+        expect(&format!("at_least(2, {first}, {second})"), a && b);
+        expect(&format!("at_least(2, {first}, {second}, {first})"), a);
     }
     expect("all()", true);
     expect("any()", false);
     // What is not there fulfils nothing.
-    for absent in
-        ["upright(ghost)", "on(red_1, ghost)", "near(gripper, ghost, 9)", "open(red_1, 0.01)", "filled(side, 0)"]
-    {
+    for absent in [
+        "upright(ghost)",
+        "on(red_1, ghost)",
+        "on(ghost, table)",
+        "near(gripper, ghost, 9)",
+        "open(red_1, 0.01)",
+        "filled(side, 0)",
+    ] {
         expect(absent, false);
         expect(&format!("not({absent})"), true);
     }

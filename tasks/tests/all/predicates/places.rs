@@ -24,6 +24,7 @@ pub(crate) fn on() -> Labels {
     let mut labels = Labels::new("on");
     for seed in SEEDS {
         storeys(&mut labels, seed);
+        tabletop(&mut labels, seed);
         plank(&mut labels, seed);
         cover(&mut labels, seed);
     }
@@ -41,6 +42,32 @@ fn bears(scene: &Scene, a: &str, b: &str) -> bool {
     });
     let lifted = scene.lifted(b, 0.03);
     height(scene) - height(&let_go) < 0.001 && height(&lifted) - height(scene) > 0.02
+}
+
+/// Whether the table bears `a`: it does not fall when the hand lets go, and its lowest point is where the table is.
+fn table_bears(scene: &Scene, a: &str) -> bool {
+    let let_go = scene.after(|world| {
+        world.command(WIDE);
+        world.settle(0.5);
+    });
+    let [low, _] = scene.world().bounds(a).expect("it is there");
+    scene.center(a)[2] - let_go.center(a)[2] < 0.001 && low[2].abs() < 0.001
+}
+
+/// A cube on the table, in the air and on another one.
+fn tabletop(labels: &mut Labels, seed: u64) {
+    let mut scene = Scene::start("stack", None, seed);
+    labels.truly(&scene, "on(middle, table)", "not touched yet", table_bears(&scene, "middle"));
+    scene.take("middle");
+    labels.truly(&scene, "on(middle, table)", "the fingers about it", table_bears(&scene, "middle"));
+    scene.shift([0.0, 0.0, 0.004]);
+    labels.dropped_later(&scene, "on(middle, table)", "lifted by 4 mm", table_bears(&scene, "middle"));
+    scene.shift([0.0, 0.0, 0.14]);
+    scene.go("base", [0.0, 0.0, 0.12], None);
+    scene.go("base", [0.0, 0.0, 2.0 * STACK_HALF + GRASP + 0.001], Some(WIDE));
+    scene.shift([0.0, 0.0, 0.12]);
+    labels.near_miss(&scene, "on(middle, table)", "put down on another cube", table_bears(&scene, "middle"));
+    labels.truly(&scene, "on(base, table)", "another cube on it", table_bears(&scene, "base"));
 }
 
 /// Whether all of `a` is above a height.
