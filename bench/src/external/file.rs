@@ -168,7 +168,7 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<Vec<Described>, BenchErro
 /// What is wrong with a method's name: as those of tasks, and a colon before the name of a variant.
 fn mistake_in_name(whole: &str) -> Option<String> {
     let mut parts = whole.splitn(2, ':');
-    parts.find_map(|part| name::mistake(part))
+    parts.find_map(name::mistake)
 }
 
 #[cfg(test)]

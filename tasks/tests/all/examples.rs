@@ -163,10 +163,10 @@ fn a_turned_round_thing_is_the_same_reference() {
             .collect()
     };
     let apart = |frames: &[(situ_tasks::Pose, f64)]| {
-        let most = |distance: &dyn Fn(&(situ_tasks::Pose, f64), &(situ_tasks::Pose, f64)) -> f64| {
-            frames.iter().map(|one| distance(one, &frames[0])).fold(0.0, f64::max)
-        };
-        (most(&|a, b| a.0.rotation.angle_to(&b.0.rotation)), most(&|a, b| (a.1 - b.1).abs()))
+        let (frame, feature) = &frames[0];
+        let turns = frames.iter().map(|(other, _)| other.rotation.angle_to(&frame.rotation));
+        let offsets = frames.iter().map(|(_, other)| (other - feature).abs());
+        (turns.fold(0.0, f64::max), offsets.fold(0.0, f64::max))
     };
     let (turn, feature) = apart(&frames(&round));
     assert!(turn < 1e-3 && feature < 1e-3, "{turn} rad, {feature} m");
