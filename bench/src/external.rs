@@ -1,9 +1,9 @@
 //! Methods that are programs of their own, in any language: one JSON object a line on their standard input is a
 //! question, one a line on their standard output is the answer. `bench/docs/methods.md` is the page about it.
 //!
-//! A program ([`file`]) is started as often as there is need ([`pool`]), and each [`process`] holds one model at a time.
-//! What a model was [`told`] is kept here, so that another process can be given the same model. What a method answers is
-//! checked ([`answers`]); whatever it does, its run is recorded, and nothing of it is left running.
+//! A program is started as often as there is need, and each process holds one model at a time. What a model was told is
+//! kept here, so that another process can be given the same model. What a method answers is checked; whatever it does,
+//! its run is recorded, and nothing of it is left running.
 
 mod answers;
 mod file;

@@ -65,6 +65,11 @@ impl Provenance {
         Self { benchmark, revision, sources, lock, toolchain, methods: BTreeMap::new() }
     }
 
+    /// Whether both are of one benchmark version, whatever the program.
+    pub fn is_beside(&self, other: &Self) -> bool {
+        self.benchmark != UNKNOWN && self.benchmark == other.benchmark
+    }
+
     /// Whether both are of one benchmark version and one program, and an external method of both is the same. What is
     /// unknown agrees with nothing.
     pub fn agrees_with(&self, other: &Self) -> bool {

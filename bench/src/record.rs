@@ -183,6 +183,14 @@ impl Identity {
             cost @ Self::Cost { .. } => cost,
         }
     }
+
+    /// The method.
+    pub fn method(&self) -> &str {
+        match self {
+            Self::Run(key) => &key.method,
+            Self::Cost { method, .. } => method,
+        }
+    }
 }
 
 impl fmt::Display for Identity {

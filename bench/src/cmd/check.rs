@@ -20,6 +20,7 @@ use crate::tally::Rate;
 
 mod layout;
 mod owed;
+mod results;
 mod tuition;
 mod visible;
 
@@ -49,7 +50,8 @@ Examples:
   situ-bench check --teacher novice pour
   situ-bench check --visible --seeds 50 --out shown.md
   situ-bench check --speed
-  situ-bench check --method mine --methods mine.toml"
+  situ-bench check --method mine --methods mine.toml
+  situ-bench check --results results/quick --sample 3"
 )]
 pub struct Check {
     /// The tasks, with a variation or without. All known tasks where none is named.
@@ -58,9 +60,10 @@ pub struct Check {
     /// Starts from which each setting is tried.
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..))]
     pub seeds: u32,
-    /// The seed of the first start.
-    #[arg(long, default_value_t = 0)]
-    pub seed: u64,
+    /// The seed of the first start, 0 where it is not given. With --results the seed of the drawing, which is another
+    /// one each time.
+    #[arg(long)]
+    pub seed: Option<u64>,
     /// Instead measures how many simulated seconds of the competent script one core does in a second.
     #[arg(long, conflicts_with_all = ["teacher", "visible"])]
     pub speed: bool,
@@ -75,6 +78,14 @@ pub struct Check {
     /// task where another decision has to be made.
     #[arg(long)]
     pub visible: bool,
+    /// Instead makes a drawn sample of the runs in this folder anew, and says whether they are the same, times left
+    /// out: somebody's results, which must be of this benchmark version.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["teacher", "visible", "speed", "task", "method"])]
+    pub results: Option<PathBuf>,
+    /// How many runs are drawn, with --results.
+    #[arg(long, value_name = "N", default_value_t = 5, requires = "results",
+        value_parser = clap::value_parser!(u32).range(1..))]
+    pub sample: u32,
     /// Also writes the table to this file, as Markdown; with --visible, a list for programs beside it (.csv).
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
@@ -120,9 +131,14 @@ impl Check {
             let (said, findings) = owed::said(&*self.own.known()?.named(name)?)?;
             return self.checked(&said, &findings);
         }
+        if let Some(folder) = &self.results {
+            let sample = results::Sample { folder, runs: self.sample, seed: self.seed, jobs: self.jobs };
+            let (said, findings) = sample.said(&self.library, &self.own.known()?)?;
+            return self.checked(&said, &findings);
+        }
         let registry = self.library.registry()?;
         let settings = self.settings(&registry)?;
-        let seeds: Vec<u64> = (0..u64::from(self.seeds)).map(|index| self.seed.wrapping_add(index)).collect();
+        let seeds: Vec<u64> = (0..u64::from(self.seeds)).map(|index| self.first_seed().wrapping_add(index)).collect();
         if self.speed {
             return self.speed(&settings);
         }
@@ -137,6 +153,10 @@ impl Check {
             return self.checked(&said, &findings);
         }
         self.premises(&settings, &seeds)
+    }
+
+    fn first_seed(&self) -> u64 {
+        self.seed.unwrap_or_default()
     }
 
     /// Whether the tasks are what their files claim.
@@ -212,9 +232,14 @@ impl Check {
         let mut words = vec!["situ-bench check".to_owned()];
         words.extend(self.task.iter().cloned());
         words.push(format!("--seeds {}", self.seeds));
-        if self.seed != 0 {
-            words.push(format!("--seed {}", self.seed));
+        if self.first_seed() != 0 {
+            words.push(format!("--seed {}", self.first_seed()));
         }
+        words.extend(self.method.iter().map(|name| format!("--method {name}")));
+        words.extend(self.own.methods.iter().map(|file| format!("--methods {}", file.display())));
+        words.extend(
+            self.results.iter().map(|folder| format!("--results {} --sample {}", folder.display(), self.sample)),
+        );
         if self.speed {
             words.push("--speed".to_owned());
         }
@@ -237,7 +262,7 @@ impl Check {
         for setting in settings {
             let (mut simulated, mut clock, mut speeds) = (0.0, 0.0, Vec::new());
             for index in 0..u64::from(self.seeds) {
-                let mut episode = Episode::start(setting, self.seed.wrapping_add(index))?;
+                let mut episode = Episode::start(setting, self.first_seed().wrapping_add(index))?;
                 let (_, seconds) = cost::timed(|| script::competent(&mut episode, &mut |_| {}));
                 simulated += episode.seconds();
                 clock += seconds;

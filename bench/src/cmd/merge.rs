@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use crate::cmd::folder;
 use crate::cmd::library::{Carrier, Library, OwnMethods};
 use crate::cmd::run::{LEDGER, PROTOCOL};
 use crate::cmd::terminal::say;
@@ -19,7 +20,7 @@ use crate::lock::Lock;
 use crate::manifest::{self, Manifest};
 use crate::plan::Plan;
 use crate::protocol::Protocol;
-use crate::provenances::Provenances;
+use crate::provenances::{Permitted, Provenances};
 use crate::record::{Identity, Record};
 use crate::shard::Shard;
 use crate::tables;
@@ -70,12 +71,13 @@ impl Merge {
     pub fn run(&self) -> Result<String, BenchError> {
         let folders = self.shards()?;
         let ledgers: Vec<PathBuf> = folders.iter().map(|folder| folder.join(LEDGER)).collect();
-        let manifests = folders.iter().map(|folder| manifest_of(folder)).collect::<Result<Vec<_>, _>>()?;
+        let manifests = folders.iter().map(|folder| folder::manifest(folder)).collect::<Result<Vec<_>, _>>()?;
         let first = one_kind(&folders, &manifests)?;
-        let heading = Provenances::of(&ledgers, self.mixed)?.heading(&format!("{}/{LEDGER}", first.protocol.name));
+        let permitted = if self.mixed { Permitted::Mixed } else { Permitted::One };
+        let heading = Provenances::of(&ledgers, permitted)?.heading(&format!("{}/{LEDGER}", first.protocol.name));
         let (records, warnings) = ledger::read_all(&ledgers)?;
         warnings.iter().for_each(|warning| say(&format!("warning: {warning}")));
-        let source = protocol_of(&folders[0], first)?;
+        let source = folder::protocol(&folders[0], first)?;
         self.refuse_others(&Protocol::parse(&source, &folders[0].join(PROTOCOL))?, first, &records)?;
         let mut manifest = Manifest { shard: None, ..first.clone() };
         manifests.iter().for_each(|part| manifest.absorb(part));
@@ -131,7 +133,7 @@ impl Merge {
                 let path = entry.map_err(wrong)?.path();
                 // What a former merge wrote there is no shard.
                 let is_out = || out.is_some() && path.canonicalize().ok() == out;
-                if path.is_dir() && has_ledger(&path)? && !(is_out() && manifest_of(&path)?.shard.is_none()) {
+                if path.is_dir() && has_ledger(&path)? && !(is_out() && folder::manifest(&path)?.shard.is_none()) {
                     shards.push(path);
                 }
             }
@@ -196,23 +198,6 @@ fn refuse(runs: impl Iterator<Item = String>, of: usize, are_so: &str) -> Result
 fn has_ledger(folder: &Path) -> Result<bool, BenchError> {
     let path = folder.join(LEDGER);
     path.try_exists().map_err(|source| BenchError::Read { path, source })
-}
-
-fn manifest_of(folder: &Path) -> Result<Manifest, BenchError> {
-    let path = manifest::beside(&folder.join(LEDGER));
-    let missing = || BenchError::Argument(format!("{}: not there, expected what `run` wrote", path.display()));
-    Manifest::read(&path)?.ok_or_else(missing)
-}
-
-/// The text of a shard's protocol, which must be what its manifest says.
-fn protocol_of(folder: &Path, manifest: &Manifest) -> Result<String, BenchError> {
-    let path = folder.join(PROTOCOL);
-    let text = fs::read_to_string(&path).map_err(|source| BenchError::Read { path: path.clone(), source })?;
-    if digest::hash(&text) == manifest.protocol.hash {
-        return Ok(text);
-    }
-    let (path, hash) = (path.display(), &manifest.protocol.hash);
-    Err(BenchError::Argument(format!("{path}: not what made the ledger: expected the file with the SHA-256 {hash}")))
 }
 
 /// The manifest of the first, where all are shards of the same runs.

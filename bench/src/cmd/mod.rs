@@ -2,6 +2,7 @@
 
 pub mod check;
 pub mod cost;
+mod folder;
 pub mod learn;
 pub mod library;
 pub mod list;

@@ -21,7 +21,7 @@ use crate::lock::Lock;
 use crate::manifest::{self, Manifest, Provenance};
 use crate::plan::{Filter, Plan};
 use crate::protocol::Protocol;
-use crate::provenances::{self, Provenances};
+use crate::provenances::{self, Permitted, Provenances};
 use crate::record::{Identity, Record};
 use crate::runner::{Progress, Runner};
 use crate::shard::Shard;
@@ -178,7 +178,8 @@ impl Run {
         let path = self.ledger(protocol, folder, new)?;
         let records = Canonical::from(ledger::read(&path)?.records);
         let command = Path::new(&protocol.name).join(LEDGER);
-        let heading = Provenances::of(std::slice::from_ref(&path), false)?.heading(&command.display().to_string());
+        let heading =
+            Provenances::of(std::slice::from_ref(&path), Permitted::One)?.heading(&command.display().to_string());
         let tables: Vec<(String, String)> =
             publications.iter().flat_map(|table| table.files(&records, &heading)).collect();
         let first: Vec<String> = publications.iter().take(FIRST).map(|table| format!("{}.md", table.name)).collect();

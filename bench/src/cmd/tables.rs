@@ -9,19 +9,20 @@ use clap::{Args, ValueEnum};
 use crate::error::BenchError;
 use crate::files;
 use crate::ledger;
-use crate::provenances::Provenances;
+use crate::provenances::{Permitted, Provenances};
 use crate::tables::{ALL, Publication};
 
 /// Makes the tables of ledgers: to standard output, or into a folder.
 #[derive(Args, Clone, Debug)]
 #[command(
-    after_long_help = "Several ledgers count as one: the shards of a protocol, say. They must be of one benchmark \
-        version and one revision of the program, by the manifest.toml beside each of them. The same records give the \
-        same bytes.
+    after_long_help = "Several ledgers count as one: the shards of a protocol, say, or one's own beside ours. They must \
+        be of one benchmark version, by the manifest.toml beside each of them, and the records of a method of one \
+        revision of the program; the headings say which. The same records give the same bytes.
 
 Examples:
   situ-bench tables quick.jsonl
   situ-bench tables quick.jsonl --table t1 --format csv
+  situ-bench tables results/quick/ledger.jsonl mine/ledger.jsonl --table methods
   situ-bench tables shard-1.jsonl shard-2.jsonl --out tables"
 )]
 pub struct Tables {
@@ -83,7 +84,10 @@ impl Tables {
     /// # Errors
     /// As [`Provenances::of`] and [`ledger::read_all`]; [`BenchError::Write`].
     pub fn run(&self) -> Result<PrintedTables, BenchError> {
-        let provenances = Provenances::of(&self.ledgers, self.mixed)?;
+        let provenances = match self.mixed {
+            true => Provenances::of(&self.ledgers, Permitted::Mixed)?,
+            false => Provenances::side_by_side(&self.ledgers)?,
+        };
         let (records, warnings) = ledger::read_all(&self.ledgers)?;
         let ledgers: Vec<String> = self.ledgers.iter().map(|path| path.display().to_string()).collect();
         let heading = provenances.heading(&ledgers.join(" "));

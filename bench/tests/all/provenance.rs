@@ -140,6 +140,28 @@ fn ledgers_of_different_provenance_do_not_mix_without_being_told() {
     mixed(&remove, &["benchmark version `", " and unknown", "revision "], "; unknown");
 }
 
+/// One's own method beside ours: of one benchmark version, whatever the revisions, and the headings say which made
+/// which. Runs that both have are no matter where they are the same.
+#[test]
+fn rows_of_ones_own_stand_beside_ours() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    fs::write(folder.join("small.toml"), small::costs(r#"["situ", "rebuild"]"#)).unwrap();
+    for (out, methods) in [("ours", &["--method", "situ"][..]), ("mine", &["--method", "rebuild", "--method", "situ"])]
+    {
+        printed(folder, &[&["run", "--protocol", "small.toml", "--out", out][..], methods].concat());
+    }
+    let another = "0123456789abcdef0123456789abcdef01234567".to_owned();
+    change(&folder.join("mine"), |provenance| {
+        (provenance.sources, provenance.revision) = ("77".repeat(32), another);
+    });
+    let text = printed(folder, &["tables", "ours/ledger.jsonl", "mine/ledger.jsonl", "--table", "t4"]);
+    let filled: Vec<&str> = headings(&text).into_iter().filter(|line| line.starts_with("Protocol: `small`")).collect();
+    let said = |line: &&str| line.contains("Revisions, side by side: `0123456789ab` for `rebuild`; `");
+    assert!(!filled.is_empty() && filled.iter().all(|line| said(line) && line.contains("for `situ`")), "{filled:#?}");
+    assert!(text.contains("| rebuild |") && text.contains("| situ |"), "{text}");
+}
+
 #[test]
 fn a_run_goes_on_with_its_own_ledger_alone() {
     let temporary = tempfile::tempdir().unwrap();
