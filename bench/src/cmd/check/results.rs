@@ -6,7 +6,7 @@ use std::hash::{BuildHasher, RandomState};
 use std::path::Path;
 use std::sync::Mutex;
 
-use rand::seq::IndexedRandom;
+use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
@@ -57,7 +57,8 @@ impl Sample<'_> {
         }
         let seed = self.seed.unwrap_or_else(|| RandomState::new().hash_one("a sample"));
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let mut drawn: Vec<&&RunRecord> = runs.sample(&mut rng, self.runs as usize).collect();
+        let mut all = runs.clone();
+        let (drawn, _) = all.partial_shuffle(&mut rng, self.runs as usize);
         drawn.sort_by_key(|run| run.key.clone());
         let mut said = format!("{} of {} runs, drawn by --seed {seed}\n\n", drawn.len(), runs.len());
         let interrupted = terminal::interrupt_flag(BenchError::Stopped, crate::external::end_all);
