@@ -228,3 +228,43 @@ fn a_superseded_folder_says_so_in_every_table() {
         assert!(refused(folder, &["supersede", "small", "--because", why]).contains("one line"));
     }
 }
+
+/// A drawn sample of somebody's results is made anew. One run that was written by hand is found out, and a folder of
+/// another benchmark version is refused.
+#[test]
+fn a_planted_run_is_found_out() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let protocol = small::physics(r#"["no_update", "nearest"]"#).replace("joint = [\"situ\"]\n", "");
+    fs::write(folder.join("small.toml"), protocol).unwrap();
+    let words = "run --protocol small.toml --plant hand --out made --variation bump --variation cover";
+    printed(folder, &words.split_whitespace().collect::<Vec<_>>());
+    let check = |seed: &str, sample: &str| {
+        let arguments = ["check", "--results", "made", "--sample", sample, "--seed", seed];
+        Command::new(env!("CARGO_BIN_EXE_situ-bench")).args(arguments).current_dir(folder).output().unwrap()
+    };
+    let said = |output: &std::process::Output| String::from_utf8_lossy(&output.stdout).into_owned();
+    let sound = check("1", "2");
+    assert!(sound.status.success() && said(&sound).matches("same  ").count() == 2, "{}", said(&sound));
+    // One run, whose last rollout succeeded after all.
+    let path = folder.join("made/ledger.jsonl");
+    let ledger = fs::read_to_string(&path).unwrap();
+    let (from, to) = ("\"after\":{\"successes\":0,\"once\":0,", "\"after\":{\"successes\":2,\"once\":2,");
+    assert!(ledger.contains(from), "{ledger}");
+    fs::write(&path, ledger.replacen(from, to, 1)).unwrap();
+    let planted = check("1", "9");
+    let text = said(&planted);
+    assert!(planted.status.code() == Some(1) && text.matches("other  ").count() == 1, "{text}");
+    assert!(text.contains("wrong: ") && text.contains("`after` is {\"once\":2"), "{text}");
+    // Another version: the manifest says another task than the one that is known here.
+    let manifest = fs::read_to_string(folder.join("made/manifest.toml")).unwrap();
+    let other = manifest.replacen("sort_blocks = \"", "sort_blocks = \"00", 1).replacen(
+        "benchmark = \"",
+        "benchmark = \"00",
+        1,
+    );
+    fs::write(folder.join("made/manifest.toml"), other).unwrap();
+    let refused = check("1", "1");
+    let text = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(refused.status.code() == Some(2) && text.contains("differs in the task `sort_blocks`"), "{text}");
+}
