@@ -168,7 +168,7 @@ impl Group {
         if count > MOST_CORNERS {
             return refuse(&self.name, format!("{count} faces: expected at most {MOST_CORNERS}"));
         }
-        if !corners.iter().all(|corner| corner.norm() <= MAX_SIZE) {
+        if corners.iter().any(|corner| corner.norm().is_nan() || corner.norm() > MAX_SIZE) {
             let problem = format!(
                 "a corner is more than {} m away: expected `scale` to make metres of the file's unit",
                 MAX_SIZE

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use situ_sim::World;
 use situ_tasks::script::{self, Ending};
-use situ_tasks::{Episode, NeededEdit, Registry, Setting, Task};
+use situ_tasks::{Episode, NeededEdit, Pose, Registry, Setting, Task};
 
 use crate::conformance::{bits, perform, start, unwatched};
 
@@ -162,11 +162,11 @@ fn a_turned_round_thing_is_the_same_reference() {
             .map(|e| (e.reference_pose("jar").expect("there"), observed(&e, "offset(gripper, jar).x")))
             .collect()
     };
-    let apart = |frames: &[(situ_tasks::Pose, f64)]| {
-        let (frame, feature) = &frames[0];
-        let turns = frames.iter().map(|(other, _)| other.rotation.angle_to(&frame.rotation));
-        let offsets = frames.iter().map(|(_, other)| (other - feature).abs());
-        (turns.fold(0.0, f64::max), offsets.fold(0.0, f64::max))
+    let apart = |frames: &[(Pose, f64)]| {
+        let (first, feature) = &frames[0];
+        let turns = frames.iter().map(|(frame, _)| frame.rotation.angle_to(&first.rotation));
+        let features = frames.iter().map(|(_, other)| (other - feature).abs());
+        (turns.fold(0.0, f64::max), features.fold(0.0, f64::max))
     };
     let (turn, feature) = apart(&frames(&round));
     assert!(turn < 1e-3 && feature < 1e-3, "{turn} rad, {feature} m");
