@@ -1,6 +1,7 @@
 //! From a task file as written to checked settings; every mistake is reported at its key.
 
 mod check;
+mod coupling;
 mod event;
 mod family;
 mod hinge;

@@ -128,7 +128,7 @@ impl Check {
     /// A name that nothing has, a file with a mistake, [`BenchError::Interrupted`].
     pub fn run(&self) -> Result<Checked, BenchError> {
         if let Some(name) = &self.method {
-            let (said, findings) = owed::said(&*self.own.known()?.named(name)?)?;
+            let (said, findings) = owed::said(&*self.own.known_alone()?.named(name)?)?;
             return self.checked(&said, &findings);
         }
         if let Some(folder) = &self.results {

@@ -148,7 +148,7 @@ impl Learn {
     /// # Errors
     /// Where a name or a file is wrong: nothing is written then. [`BenchError::Write`].
     pub fn run(&self) -> Result<String, BenchError> {
-        let methods = self.own.known()?;
+        let methods = self.own.known_alone()?;
         let method = methods.named(&self.method)?;
         let read =
             |paths: &[PathBuf]| paths.iter().map(|path| DemonstrationFile::read(path)).collect::<Result<Vec<_>, _>>();

@@ -8,9 +8,10 @@ use clap::{Args, ValueEnum};
 use situ_tasks::{Plant, Registry};
 use situ_teachers::Roster;
 
+use crate::cmd::terminal;
 use crate::digest;
 use crate::error::BenchError;
-use crate::external::Methods;
+use crate::external::{self, Methods};
 
 /// What carries the hand.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -56,6 +57,17 @@ impl OwnMethods {
     /// A file that cannot be read, a mistake in one, or a program that does not say what it is.
     pub fn known(&self) -> Result<Methods, BenchError> {
         Methods::with_files(&self.methods)
+    }
+
+    /// The same for a verb that has no interrupt of its own: where the user stops it, no program is left running.
+    ///
+    /// # Errors
+    /// As [`OwnMethods::known`].
+    pub fn known_alone(&self) -> Result<Methods, BenchError> {
+        if !self.methods.is_empty() {
+            terminal::interrupt_flag(BenchError::Stopped, external::end_all);
+        }
+        self.known()
     }
 }
 

@@ -51,7 +51,7 @@ pub enum What {
 impl What {
     fn section(self, library: &Library, own: &OwnMethods) -> Result<String, BenchError> {
         Ok(match self {
-            Self::Methods => methods(&own.known()?),
+            Self::Methods => methods(&own.known_alone()?),
             Self::Tasks => tasks(&library.registry()?),
             Self::Sequences => sequences(&library.registry()?),
             Self::Teachers => teachers(library.roster()?.profiles()),

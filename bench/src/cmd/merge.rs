@@ -170,7 +170,8 @@ impl Merge {
         }
         let seed = first.protocol.first_seed.unwrap_or(protocol.first_seed);
         let protocol = Protocol { name: first.protocol.name.clone(), first_seed: seed, ..protocol.clone() };
-        let wanted = Plan::new(protocol, &first.wanted, &registry, &library.roster()?, &self.own.known()?)?.places();
+        let wanted =
+            Plan::new(protocol, &first.wanted, &registry, &library.roster()?, &self.own.known_alone()?)?.places();
         let found: BTreeSet<Identity> = records.iter().map(Record::identity).collect();
         let missing = wanted.iter().filter(|(run, _)| !found.contains(run)).map(|(run, place)| {
             let holder = first.shard.and_then(|shard| shard.holder(*place));

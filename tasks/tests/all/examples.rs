@@ -9,7 +9,7 @@ use situ_sim::World;
 use situ_tasks::script::{self, Ending};
 use situ_tasks::{Episode, NeededEdit, Pose, Registry, Setting, Task};
 
-use crate::conformance::{bits, perform, start, unwatched};
+use crate::conformance::{perform, repeats_itself, start, unwatched};
 
 const SEEDS: [u64; 2] = [1, 2];
 
@@ -66,24 +66,7 @@ fn the_examples_are_what_they_claim() {
 
 #[test]
 fn an_example_is_the_same_bits_again_and_goes_on_from_a_snapshot() {
-    for setting in settings() {
-        let label = setting.label();
-        let (mut first, mut second) = (start(&setting, 4), start(&setting, 4));
-        assert_eq!(bits(&first), bits(&second), "{label}: the start");
-        assert_ne!(bits(&first), bits(&start(&setting, 5)), "{label}: another seed is another start");
-        let skill = first.next_skill().expect("something is to be done").clone();
-        for episode in [&mut first, &mut second] {
-            perform(episode, &skill);
-        }
-        let mut third = Episode::restore(&first.snapshot());
-        for episode in [&mut first, &mut second, &mut third] {
-            let skill = episode.next_skill().expect("there is more to do").clone();
-            perform(episode, &skill);
-            assert!(episode.observe().iter().all(|value| value.is_finite()), "{label}");
-        }
-        assert_eq!(bits(&first), bits(&second), "{label}: the same again");
-        assert_eq!(bits(&first), bits(&third), "{label}: from the snapshot");
-    }
+    settings().iter().for_each(repeats_itself);
 }
 
 /// The value of a feature as the robot sees it.
