@@ -14,6 +14,7 @@ mod method;
 mod model;
 mod pool;
 mod process;
+mod program;
 mod told;
 
 use std::path::{Path, PathBuf};

@@ -13,7 +13,7 @@ use crate::caption::{Band, PixelSize};
 use crate::error::BenchError;
 use crate::performance::Performance;
 use crate::track::Track;
-use crate::view::View;
+use crate::view::CameraView;
 
 /// Pictures of a film for each simulated second.
 const FILM_RATE: u16 = 8;
@@ -46,7 +46,7 @@ pub fn even_selection(moments: &[usize]) -> Vec<usize> {
 /// How performances are looked at.
 #[derive(Clone, Copy, Debug)]
 pub struct Look {
-    view: View,
+    view: CameraView,
     size: PixelSize,
     band: Option<Band>,
     is_plain: bool,
@@ -58,13 +58,13 @@ impl Look {
     pub fn clearest(tracks: &[&Track], things: &[&str], size: PixelSize) -> Self {
         let band = Band::of(size);
         let height = size[1] - band.map_or(0, Band::height);
-        let view = View::clearest(tracks, things, f64::from(size[0]) / f64::from(height));
+        let view = CameraView::clearest(tracks, things, f64::from(size[0]) / f64::from(height));
         Self { view, size, band, is_plain: false }
     }
 
     /// Pictures of this size from the front, without captions.
     pub fn plain(track: &Track, size: PixelSize) -> Self {
-        let view = View::front(&[track], f64::from(size[0]) / f64::from(size[1]));
+        let view = CameraView::front(&[track], f64::from(size[0]) / f64::from(size[1]));
         Self { view, size, band: None, is_plain: true }
     }
 

@@ -41,14 +41,14 @@ impl Viewpoint {
 
 /// A camera, and what its view is called.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct View {
+pub struct CameraView {
     /// The camera.
     pub camera: Camera,
     /// The name of its viewpoint.
     pub name: &'static str,
 }
 
-impl View {
+impl CameraView {
     /// The view from the front. `aspect` is the picture's width over its height.
     pub fn front(tracks: &[&Track], aspect: f64) -> Self {
         Self::of(&VIEWPOINTS[0], tracks, aspect)
@@ -144,26 +144,27 @@ keyframes = [{{ at = [0.0, 0.0, 0.1], open = 0.08 }}]
         Episode::start(&setting, 1).unwrap()
     }
 
-    fn chosen(episode: &Episode) -> View {
+    fn chosen(episode: &Episode) -> CameraView {
         let track = Track::new(episode);
-        let view = View::clearest(&[&track], &things(episode.setting()), 1.6);
-        assert_eq!(view, View::clearest(&[&track], &things(episode.setting()), 1.6), "the same again");
+        let view = CameraView::clearest(&[&track], &things(episode.setting()), 1.6);
+        assert_eq!(view, CameraView::clearest(&[&track], &things(episode.setting()), 1.6), "the same again");
         view
     }
 
     #[test]
     fn a_view_that_hides_an_object_is_not_taken() {
-        let part = |view: &View, episode: &Episode| view.camera.sight(episode.world(), &["cube"])[0].part().unwrap();
+        let part =
+            |view: &CameraView, episode: &Episode| view.camera.sight(episode.world(), &["cube"])[0].part().unwrap();
         // Far behind the cube a wall hides nothing, and the usual view stays.
         let free = episode([0.1, 0.01, 0.05], [0.0, 0.2]);
         assert_eq!(things(free.setting()), ["cube", HAND]);
         assert_eq!(chosen(&free).name, "from the front");
         // In front of it, it hides the cube from the front. The picture, which is made in another way, says the same.
         let hidden = episode([0.04, 0.01, 0.05], [0.0, -0.06]);
-        let (front, clear) = (View::front(&[&Track::new(&hidden)], 1.6), chosen(&hidden));
+        let (front, clear) = (CameraView::front(&[&Track::new(&hidden)], 1.6), chosen(&hidden));
         assert!(part(&front, &hidden) < 0.1, "{}", part(&front, &hidden));
         assert!(part(&clear, &hidden) > 0.9, "{}: {}", clear.name, part(&clear, &hidden));
-        let reds = |view: &View| {
+        let reds = |view: &CameraView| {
             let image = view.camera.render(hidden.world(), 160, 100);
             image.rgb.chunks_exact(3).filter(|pixel| pixel[0] > 60 && pixel[1] < 30 && pixel[2] < 30).count()
         };

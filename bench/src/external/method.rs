@@ -10,14 +10,14 @@ use situ::error::SituError;
 use situ::method::{Learned, Method, Original, Role};
 use situ::segmentation::lengths;
 use situ::state::{Feature, Schema};
-use situ_tasks::name::shown;
 
-use super::answers::{Hello, Taught, read};
+use super::answers::{Taught, read};
 use super::file::Described;
 use super::interrupt::Interrupt;
 use super::model::ExternalModel;
-use super::pool::{Pool, question};
+use super::pool::question;
 use super::process::Fault;
+use super::program::Program;
 use super::told::{Shown, Told};
 use crate::demonstration_file::shown_keys;
 use crate::error::BenchError;
@@ -27,13 +27,7 @@ const SEED_BITS: u32 = 53;
 
 /// The method. Copies share their processes.
 #[derive(Clone)]
-pub struct External(Arc<Inner>);
-
-struct Inner {
-    hello: Hello,
-    original: String,
-    pool: Pool,
-}
+pub struct External(Arc<Program>);
 
 impl External {
     /// Starts a process of a method, and asks what it is.
@@ -41,54 +35,23 @@ impl External {
     /// # Errors
     /// [`BenchError::Argument`] where it does not say so: with its file and line.
     pub(super) fn start(described: Described, interrupt: &Interrupt) -> Result<Self, BenchError> {
-        let (place, name) = (described.place.clone(), described.name.clone());
-        let refuse = |problem: &str| BenchError::Argument(format!("{place}`{name}`: {problem}"));
-        let pool = Pool::new(described, interrupt.clone());
-        let answer = pool.hello().map_err(|fault| match fault {
-            Fault::Refused(why) => refuse(&format!("it refuses `hello`: {why}")),
-            Fault::Broken(problem) => refuse(&problem),
-        })?;
-        let hello: Hello = read("hello", answer).map_err(|problem| refuse(&problem))?;
-        if hello.name.as_ref().is_some_and(|own| *own != name) {
-            let own = shown(hello.name.as_deref().unwrap_or_default());
-            return Err(refuse(&format!("it says that it is `{own}`: expected the name in the file")));
-        }
-        if [&hello.summary, &hello.source].iter().any(|text| text.trim().is_empty()) {
-            return Err(refuse("the answer to `hello`: expected a summary and a source, a sentence each"));
-        }
-        let original = hello.original.clone().unwrap_or_else(|| name.clone());
-        Ok(Self(Arc::new(Inner { hello, original, pool })))
-    }
-
-    pub(super) fn pool(&self) -> &Pool {
-        &self.0.pool
+        Program::start(described, interrupt).map(|program| Self(Arc::new(program)))
     }
 
     /// From now on the standard error of its processes goes to a file of its name in this folder.
     pub(super) fn log_into(&self, folder: &Path) {
-        self.pool().log.write_into(folder);
+        self.0.pool.log.write_into(folder);
     }
 
     /// A hash of what is known of the program.
     pub(super) fn hash(&self) -> String {
-        self.pool().described.hash()
-    }
-
-    /// Whether it says that it can make an edit.
-    pub(super) fn can(&self, edit: Edit) -> bool {
-        self.0.hello.edits.contains(&edit)
-    }
-
-    /// The error of a question that has no answer.
-    pub(super) fn failed(&self, fault: Fault) -> SituError {
-        let (Fault::Refused(problem) | Fault::Broken(problem)) = fault;
-        SituError::Outside { method: self.name().to_owned(), problem }
+        self.0.pool.described.hash()
     }
 }
 
 impl Method for External {
     fn name(&self) -> &str {
-        &self.pool().described.name
+        self.0.name()
     }
 
     fn summary(&self) -> &str {
@@ -128,7 +91,7 @@ impl Method for External {
             "demonstrations": demonstrations.iter().map(|shown| shown_keys(shown, schema)).collect::<Vec<_>>(),
             "seed": seed >> (u64::BITS - SEED_BITS),
         }));
-        let told = self.pool().made(&question).and_then(|(answer, mark)| {
+        let told = self.0.pool.made(&question).and_then(|(answer, mark)| {
             let Taught { segments } = read("teach", answer).map_err(Fault::Broken)?;
             let own = segments.unwrap_or_else(|| demonstrations.iter().map(lengths).collect());
             if own.len() != demonstrations.len() {
@@ -140,8 +103,8 @@ impl Method for External {
             mark.holds(&told);
             Ok(told)
         });
-        let told = told.map_err(|fault| self.failed(fault))?;
-        Ok(Original::of(ExternalModel::new(self.clone(), schema, told, Vec::new())))
+        let told = told.map_err(|fault| self.0.failed(fault))?;
+        Ok(Original::of(ExternalModel::new(Arc::clone(&self.0), schema, told, Vec::new())))
     }
 
     /// A model of its own is shared; one of another program that has the same original is told again.
@@ -160,6 +123,6 @@ impl Method for External {
         let half_turn = serde_json::from_value(json["half_turn"].clone()).map_err(|_| expected())?;
         let names = serde_json::from_value(json["names"].clone()).map_err(|_| expected())?;
         let schema = Schema::new(features)?.with_half_turn(half_turn);
-        Ok(Box::new(ExternalModel::new(self.clone(), &schema, told, names)))
+        Ok(Box::new(ExternalModel::new(Arc::clone(&self.0), &schema, told, names)))
     }
 }

@@ -20,9 +20,9 @@ use situ_tasks::name::shown;
 
 use super::answers::{Corrected, Next, read};
 use super::known::{Known, executed, keyframes};
-use super::method::External;
 use super::pool::question;
 use super::process::Fault;
+use super::program::Program;
 use super::told::{Shown, Told};
 use crate::demonstration_file::shown_keys;
 
@@ -32,7 +32,7 @@ const MOST_CHILDREN: usize = 100_000;
 /// A task model, as far as it is here. Copies share it until one of them is corrected.
 #[derive(Clone)]
 pub(super) struct ExternalModel {
-    method: External,
+    program: Arc<Program>,
     schema: Arc<Schema>,
     held: Arc<Held>,
 }
@@ -46,18 +46,18 @@ struct Held {
 }
 
 impl ExternalModel {
-    pub(super) fn new(method: External, schema: &Schema, told: Arc<Told>, before: Vec<String>) -> Self {
+    pub(super) fn new(program: Arc<Program>, schema: &Schema, told: Arc<Told>, before: Vec<String>) -> Self {
         let held = Held { told, before, known: OnceLock::new() };
-        Self { method, schema: Arc::new(schema.clone()), held: Arc::new(held) }
+        Self { program, schema: Arc::new(schema.clone()), held: Arc::new(held) }
     }
 
     /// The structure. It is asked for once, and not while an update is timed.
     fn known(&self) -> Result<&Known, SituError> {
         let Held { told, before, known } = &*self.held;
         let known = known.get_or_init(|| {
-            let is_shared = self.method.pool().most() > 1;
-            let known = self.method.pool().asked(told, |asked| Known::of(asked, told, before, is_shared));
-            known.map_err(|fault| self.method.failed(fault))
+            let is_shared = self.program.pool.most() > 1;
+            let known = self.program.pool.asked(told, |asked| Known::of(asked, told, before, is_shared));
+            known.map_err(|fault| self.program.failed(fault))
         });
         known.as_ref().map_err(SituError::clone)
     }
@@ -73,7 +73,7 @@ impl ExternalModel {
 
     /// An answer that is none.
     fn refuse(&self, what: &str, problem: &str) -> SituError {
-        self.method.failed(Fault::Broken(format!("the answer to `{what}`: {problem}")))
+        self.program.failed(Fault::Broken(format!("the answer to `{what}`: {problem}")))
     }
 }
 
@@ -92,12 +92,12 @@ impl Learned for ExternalModel {
             "demonstration": shown_keys(demonstration, &self.schema),
         }));
         let (told, before) = (&self.held.told, known.names.clone());
-        let result = self.method.pool().asked(told, |asked| {
+        let result = self.program.pool.asked(told, |asked| {
             let answer: Corrected = read("correct", asked.correct(&question)?).map_err(Fault::Broken)?;
             let counters = answer.counters().map_err(Fault::Broken)?;
             let own = answer.segments.clone().unwrap_or_else(|| lengths(demonstration));
             let shown = Shown::cut(demonstration, own).map_err(Fault::Broken)?;
-            if let Some(edit) = answer.edits.iter().find(|edit| !self.method.can(**edit)) {
+            if let Some(edit) = answer.edits.iter().find(|edit| !self.program.can(**edit)) {
                 return Err(Fault::Broken(format!("it made the edit {edit}, which `hello` does not name")));
             }
             let all = told.shown.iter().cloned().chain([shown]).collect();
@@ -105,7 +105,7 @@ impl Learned for ExternalModel {
             asked.holds(&after);
             Ok((after, counters))
         });
-        let (after, counters) = result.map_err(|fault| self.method.failed(fault))?;
+        let (after, counters) = result.map_err(|fault| self.program.failed(fault))?;
         self.held = Arc::new(Held { told: after, before, known: OnceLock::new() });
         Ok(Trace { counters, ..Trace::default() })
     }
@@ -116,9 +116,9 @@ impl Learned for ExternalModel {
         }
         let known = self.known()?;
         let question = question(json!({"do": "next", "last": self.last(last)?, "state": state}));
-        let answer = self.method.pool().asked(&self.held.told, |asked| asked.ask(&question));
-        let answer = answer.map_err(|fault| self.method.failed(fault))?;
-        let Next { children } = read("next", answer).map_err(|problem| self.method.failed(Fault::Broken(problem)))?;
+        let answer = self.program.pool.asked(&self.held.told, |asked| asked.ask(&question));
+        let answer = answer.map_err(|fault| self.program.failed(fault))?;
+        let Next { children } = read("next", answer).map_err(|problem| self.program.failed(Fault::Broken(problem)))?;
         if children.len() > MOST_CHILDREN {
             return Err(self.refuse("next", &format!("{} children: expected at most {MOST_CHILDREN}", children.len())));
         }
@@ -153,9 +153,9 @@ impl Learned for ExternalModel {
     ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError> {
         let name = self.known()?.name(node).ok_or(SituError::UnknownNode(node))?;
         let question = keyframes(name, state, execution, way, rng.next_u32());
-        let answer = self.method.pool().asked(&self.held.told, |asked| asked.ask(&question));
-        let answer = answer.map_err(|fault| self.method.failed(fault))?;
-        executed(answer).map_err(|problem| self.method.failed(Fault::Broken(problem)))
+        let answer = self.program.pool.asked(&self.held.told, |asked| asked.ask(&question));
+        let answer = answer.map_err(|fault| self.program.failed(fault))?;
+        executed(answer).map_err(|problem| self.program.failed(Fault::Broken(problem)))
     }
 
     fn graph(&self) -> Result<Graph, SituError> {

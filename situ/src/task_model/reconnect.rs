@@ -14,8 +14,8 @@ use crate::trace::Counters;
 
 impl<L: Learner> TaskModel<L> {
     /// Local-Reconnect (A2.3): replaces each group of nodes by one node, retrained on the group's data and connected
-    /// by the traversal histories of that data. Of their ways a merged node keeps no more than a node may have (decision
-    /// D20). Returns the new id of each node that is gone (decision D9).
+    /// by the traversal histories of that data. Of their ways a merged node keeps no more than a node may have
+    /// (decision D20). Returns the new id of each node that is gone (decision D9).
     ///
     /// # Errors
     /// Where the learner refuses, or a node is not in the model.
