@@ -85,8 +85,18 @@ impl Methods {
         let (mut all, index) = (self.all(), |all: &[Box<dyn Method>]| all.iter().position(|own| own.name() == name));
         match index(&all) {
             Some(index) => Ok(all.swap_remove(index)),
-            None => Err(BenchError::unknown("method", name, all.iter().map(|method| method.name()))),
+            None if self.external.is_empty() => {
+                let known = all.iter().map(|method| method.name());
+                let known = known.chain(["or a program of your own, with --methods FILE"]);
+                Err(BenchError::unknown("method", name, known))
+            }
+            None => Err(BenchError::unknown("method", name, all.iter().rev().map(|method| method.name()))),
         }
+    }
+
+    /// The names of the external methods.
+    pub fn external(&self) -> impl Iterator<Item = &str> {
+        self.external.iter().map(External::name)
     }
 
     /// The external methods, each with a hash of what is known of its program.

@@ -170,6 +170,8 @@ pub fn disagree(first: &str, one: &Provenance, second: &str, other: &Provenance)
             differing.push(format!("{what} {} and {}", one.1, other.1));
         }
     }
+    let changed = one.methods.iter().filter(|(name, hash)| other.methods.get(*name).is_some_and(|own| own != *hash));
+    differing.extend(changed.map(|(name, _)| format!("the program of `{name}`, which has changed")));
     BenchError::Provenance { first: first.to_owned(), second: second.to_owned(), differing: differing.join(", ") }
 }
 

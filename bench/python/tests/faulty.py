@@ -19,6 +19,8 @@ class Faulty(Nearest):
     corrected = False
 
     def correct(self, last, interrupted, trail, demonstration):
+        if self.fault == "deaf":
+            return None
         if self.fault == "refuse":
             raise Refused("it does not like\nthis one")
         if self.fault == "crash":

@@ -67,7 +67,8 @@ pub struct Check {
     /// Instead measures how many simulated seconds of the competent script one core does in a second.
     #[arg(long, conflicts_with_all = ["teacher", "visible"])]
     pub speed: bool,
-    /// Instead checks that a method does what every method owes, on a small automaton without physics.
+    /// Instead checks that a method does what every method owes, on a small automaton without physics. Where --methods
+    /// is given without it, every method of those files.
     #[arg(long, value_name = "NAME", conflicts_with_all = ["teacher", "visible", "speed", "task"])]
     pub method: Option<String>,
     /// Instead measures how this teacher does: demonstrations, corrections from where the original script fails, and
@@ -127,9 +128,8 @@ impl Check {
     /// # Errors
     /// A name that nothing has, a file with a mistake, [`BenchError::Interrupted`].
     pub fn run(&self) -> Result<Checked, BenchError> {
-        if let Some(name) = &self.method {
-            let (said, findings) = owed::said(&*self.own.known_alone()?.named(name)?)?;
-            return self.checked(&said, &findings);
+        if self.method.is_some() || (self.results.is_none() && !self.own.methods.is_empty()) {
+            return self.owed();
         }
         if let Some(folder) = &self.results {
             let sample = results::Sample { folder, runs: self.sample, seed: self.seed, jobs: self.jobs };
@@ -153,6 +153,22 @@ impl Check {
             return self.checked(&said, &findings);
         }
         self.premises(&settings, &seeds)
+    }
+
+    /// Whether a method, or every method of the files of one's own, does what every method owes.
+    fn owed(&self) -> Result<Checked, BenchError> {
+        let methods = self.own.known_alone()?;
+        let names: Vec<&str> = match &self.method {
+            Some(name) => vec![name],
+            None => methods.external().collect(),
+        };
+        let (mut text, mut findings) = (Vec::new(), Vec::new());
+        for name in names {
+            let (said, wrong) = owed::said(&*methods.named(name)?)?;
+            text.push(said);
+            findings.extend(wrong);
+        }
+        self.checked(&text.join("\n"), &findings)
     }
 
     fn first_seed(&self) -> u64 {

@@ -176,6 +176,7 @@ impl Learn {
         let mut words = vec!["situ-bench learn".to_owned()];
         words.extend(self.originals.iter().map(|path| path.display().to_string()));
         words.extend(self.correct.iter().map(|path| format!("--correct {}", path.display())));
+        words.extend(self.own.methods.iter().map(|path| format!("--methods {}", path.display())));
         words.push(format!("--method {} --seed {}", self.method, self.seed));
         // A path may hold anything but a zero; the command stands on one line, in comments.
         one_line(&words.join(" "))

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 
+use crate::cmd::run::LEDGER;
 use crate::error::BenchError;
 use crate::files;
 use crate::ledger;
@@ -22,11 +23,11 @@ use crate::tables::{ALL, Publication};
 Examples:
   situ-bench tables quick.jsonl
   situ-bench tables quick.jsonl --table t1 --format csv
-  situ-bench tables results/quick/ledger.jsonl mine/ledger.jsonl --table methods
+  situ-bench tables results/quick mine --table methods
   situ-bench tables shard-1.jsonl shard-2.jsonl --out tables"
 )]
 pub struct Tables {
-    /// Ledgers that `run` wrote.
+    /// Ledgers that `run` wrote, or their folders.
     #[arg(required = true, value_name = "LEDGER")]
     pub ledgers: Vec<PathBuf>,
     /// Permits ledgers of different provenance. Every table's heading names them.
@@ -84,6 +85,11 @@ impl Tables {
     /// # Errors
     /// As [`Provenances::of`] and [`ledger::read_all`]; [`BenchError::Write`].
     pub fn run(&self) -> Result<PrintedTables, BenchError> {
+        let in_folder = |path: &PathBuf| if path.is_dir() { path.join(LEDGER) } else { path.clone() };
+        Self { ledgers: self.ledgers.iter().map(in_folder).collect(), ..self.clone() }.of_ledgers()
+    }
+
+    fn of_ledgers(&self) -> Result<PrintedTables, BenchError> {
         let provenances = match self.mixed {
             true => Provenances::of(&self.ledgers, Permitted::Mixed)?,
             false => Provenances::side_by_side(&self.ledgers)?,

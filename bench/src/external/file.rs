@@ -2,9 +2,10 @@
 //!
 //! ```toml
 //! [[method]]
-//! name = "mine"                       # letters, digits, `_` and `:`; no method of the program's
+//! name = "mine"                       # small letters, digits, `_` and `:`; no method of the program's
 //! command = ["python3", "mine.py"]    # started in the folder of this file
 //! processes = 2                       # at the most; one for each thread where it is left out
+//! files = ["helper.py"]               # of the program, beside those that the command names
 //! env = { PYTHONPATH = "lib" }         # of its environment, beside what this program's has
 //! start = 60.0                        # seconds until it answers `hello`
 //! teach = 600.0                       # seconds for `teach`
@@ -40,6 +41,8 @@ struct Entry {
     processes: Option<u16>,
     #[serde(default)]
     env: BTreeMap<String, String>,
+    #[serde(default)]
+    files: Vec<String>,
     #[serde(default = "a_minute")]
     start: f64,
     #[serde(default = "ten_minutes")]
@@ -48,6 +51,24 @@ struct Entry {
     correct: f64,
     #[serde(default = "a_minute")]
     ask: f64,
+}
+
+impl Entry {
+    /// What is wrong with its words, and their key.
+    fn mistake(&self, folder: &Path) -> Option<(&'static str, String)> {
+        let is_name = |name: &String| !name.is_empty() && !name.contains(['=', '\0']);
+        if let Some((name, _)) = self.env.iter().find(|(name, value)| !is_name(name) || value.contains('\0')) {
+            return Some(("env", format!("`{}`: expected names and values of variables", name::shown(name))));
+        }
+        if self.command.is_empty() {
+            return Some(("command", "expected a program and its arguments".to_owned()));
+        }
+        if self.command.iter().any(|word| word.contains('\0')) {
+            return Some(("command", "expected words without a zero character".to_owned()));
+        }
+        let missing = self.files.iter().find(|name| !folder.join(name).is_file())?;
+        Some(("files", format!("`{}`: expected a file, beside this one", name::shown(missing))))
+    }
 }
 
 const fn a_minute() -> f64 {
@@ -78,6 +99,8 @@ pub(super) struct Described {
     pub(super) name: String,
     /// The program and its arguments.
     pub(super) command: Vec<String>,
+    /// Files that the program is made of, beside those that the command names.
+    pub(super) files: Vec<String>,
     /// What its environment has beside that of this program.
     pub(super) env: BTreeMap<String, String>,
     /// The folder in which it is started.
@@ -93,7 +116,7 @@ impl Described {
     /// A hash of what can be known of the program: its command, and the files that the command names.
     pub(super) fn hash(&self) -> String {
         let mut text = String::new();
-        for word in &self.command {
+        for word in self.command.iter().chain(&self.files) {
             let content = fs::read(self.folder.join(word)).map_or_else(|_| String::new(), hash);
             text.push_str(&format!("{word:?} {content}\n"));
         }
@@ -131,18 +154,15 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<Vec<Described>, BenchErro
         if taken.contains_key(&entry.name) {
             return refuse("name", format!("`{}` is a method of the program: expected another name", entry.name));
         }
+        let family = entry.name.split(':').next().unwrap_or_default();
+        if family != entry.name && taken.contains_key(family) {
+            return refuse("name", format!("`{family}` is a method of the program: expected variants of your own"));
+        }
         if !met.insert(entry.name.clone()) {
             return refuse("name", format!("`{}` stands there twice: expected once", entry.name));
         }
-        if entry.command.is_empty() {
-            return refuse("command", "expected a program and its arguments".to_owned());
-        }
-        let is_name = |name: &String| !name.is_empty() && !name.contains(['=', '\0']);
-        if let Some((name, _)) = entry.env.iter().find(|(name, value)| !is_name(name) || value.contains('\0')) {
-            return refuse("env", format!("`{}`: expected names and values of variables", name::shown(name)));
-        }
-        if entry.command.iter().any(|word| word.contains('\0')) {
-            return refuse("command", "expected words without a zero character".to_owned());
+        if let Some((key, problem)) = entry.mistake(folder) {
+            return refuse(key, problem);
         }
         if entry.processes.is_some_and(|count| !(1..=MOST_PROCESSES).contains(&count)) {
             return refuse("processes", format!("expected 1 to {MOST_PROCESSES}"));
@@ -155,6 +175,7 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<Vec<Described>, BenchErro
         all.push(Described {
             command: entry.command,
             env: entry.env,
+            files: entry.files,
             folder: folder.to_owned(),
             processes: entry.processes.map(usize::from),
             limits: Limits { start, teach, correct, ask },
@@ -194,6 +215,7 @@ mod tests {
         let good = "[[method]]\nname = \"mine\"\ncommand = [\"true\"]\n";
         let cases = [
             (good.replace("mine", "situ"), "mine.toml:2: `method[0].name`: `situ` is a method of the program"),
+            (good.replace("mine", "situ:mine"), "mine.toml:2: `method[0].name`: `situ` is a method of the program"),
             (good.replace("mine", "../x"), "mine.toml:2: `method[0].name`"),
             (good.to_owned() + good, "mine.toml:5: `method[1].name`: `mine` stands there twice"),
             (good.replace("[\"true\"]", "[]"), "mine.toml:3: `method[0].command`: expected a program"),
@@ -201,6 +223,10 @@ mod tests {
             (good.to_owned() + "ask = nan\n", "mine.toml:4: `method[0].ask`"),
             (good.to_owned() + "processes = 0\n", "mine.toml:4: `method[0].processes`: expected 1 to 256"),
             (good.to_owned() + "processes = 70000\n", "mine.toml:4: "),
+            (
+                good.to_owned() + "files = [\"nowhere.py\"]\n",
+                "mine.toml:4: `method[0].files`: `nowhere.py`: expected a file",
+            ),
             (good.to_owned() + "colour = 3\n", "mine.toml:4: "),
             ("goal = 3\n".to_owned(), "this is a task"),
         ];

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use situ_tasks::name::one_line;
@@ -52,22 +53,36 @@ impl Log {
     }
 }
 
-/// The last lines that one process said.
+/// The last lines that one process said, and whether it says no more.
 #[derive(Debug, Default)]
-pub(super) struct Tail(Mutex<VecDeque<String>>);
+pub(super) struct Tail {
+    lines: Mutex<VecDeque<String>>,
+    has_ended: AtomicBool,
+}
 
 impl Tail {
     pub(super) fn push(&self, line: &str) {
-        let mut lines = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        lines.extend((!line.trim().is_empty()).then(|| one_line(line).chars().take(LONGEST).collect()));
+        let mut lines = self.lines.lock().unwrap_or_else(PoisonError::into_inner);
+        // Underlined places, as in the traces of Python, say nothing on one line.
+        let says_something = line.chars().any(|letter| !matches!(letter, '^' | '~') && !letter.is_whitespace());
+        lines.extend(says_something.then(|| one_line(line.trim()).chars().take(LONGEST).collect()));
         while lines.len() > LAST {
             lines.pop_front();
         }
     }
 
+    /// Nothing more is said.
+    pub(super) fn end(&self) {
+        self.has_ended.store(true, Ordering::Relaxed);
+    }
+
+    pub(super) fn has_ended(&self) -> bool {
+        self.has_ended.load(Ordering::Relaxed)
+    }
+
     /// For the end of a message; empty where nothing was said.
     pub(super) fn words(&self) -> String {
-        let lines = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let lines = self.lines.lock().unwrap_or_else(PoisonError::into_inner);
         let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
         if lines.is_empty() { String::new() } else { format!("; its last words: {}", lines.join(" | ")) }
     }

@@ -116,6 +116,7 @@ impl Process {
                 last.push(&line);
                 log.line(line.trim_end());
             }
+            last.end();
         });
         Ok(Self { child, to: Some(to), from, tail, asked: 0 })
     }
@@ -162,7 +163,12 @@ impl Process {
         loop {
             let left = limit.saturating_sub(asked.elapsed());
             match self.from.recv_timeout(left.min(LOOK)) {
-                Ok(line) => return line,
+                Ok(line) => {
+                    if line.is_err() {
+                        self.hear_out();
+                    }
+                    return line;
+                }
                 Err(RecvTimeoutError::Disconnected) => return Err("its output has ended".to_owned()),
                 Err(RecvTimeoutError::Timeout) if interrupt.is_set() => return Err("interrupted".to_owned()),
                 Err(RecvTimeoutError::Timeout) if left.is_zero() => {
@@ -170,6 +176,14 @@ impl Process {
                 }
                 Err(RecvTimeoutError::Timeout) => {}
             }
+        }
+    }
+
+    /// Waits for the last words of a process whose answers have ended.
+    fn hear_out(&self) {
+        let begun = Instant::now();
+        while begun.elapsed() < GRACE && !self.tail.has_ended() {
+            thread::sleep(Duration::from_millis(2));
         }
     }
 

@@ -172,11 +172,12 @@ fn the_example_of_the_page_does_what_every_method_owes() {
         let said = String::from_utf8_lossy(&output.stdout);
         assert!(output.status.success() && said.contains("A call takes"), "{said}");
     }
-    let faults = methods(folder.path(), &["nan", "crash", "graph"], "");
+    let faults = methods(folder.path(), &["nan", "crash", "graph", "deaf"], "");
     for (fault, finding) in [
         ("nan", "wrong: it learns from corrections: a correction that needs node-addition: nan: asked `next`"),
         ("crash", "wrong: it learns from corrections: a correction that needs node-addition: crash: asked `correct`"),
         ("graph", "the answer to `graph`: an edge to or from `p77`"),
+        ("deaf", "wrong: a correction changes what it answers: a correction that needs node-addition: every answer"),
     ] {
         let output = check(&faults, fault);
         let said = String::from_utf8_lossy(&output.stdout);
