@@ -37,8 +37,8 @@ struct Answers {
 }
 
 impl Answers {
-    /// Whether a model makes nothing else of things. The demonstrations themselves are counted here, whatever the method
-    /// makes of them.
+    /// Whether a model makes nothing else of things. The demonstrations themselves are counted here, whatever the
+    /// method makes of them.
     fn says_the_same(&self, other: &Self) -> bool {
         let structure = |of: &Self| (of.graph.nodes.clone(), of.graph.edges.clone());
         self.ranked == other.ranked && self.executed == other.executed && structure(self) == structure(other)
