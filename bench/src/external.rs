@@ -90,7 +90,11 @@ impl Methods {
                 let known = known.chain(["or a program of your own, with --methods FILE"]);
                 Err(BenchError::unknown("method", name, known))
             }
-            None => Err(BenchError::unknown("method", name, all.iter().rev().map(|method| method.name()))),
+            // One's own first: they are what was meant most probably.
+            None => {
+                let builtin = all.iter().map(|method| method.name()).take(all.len() - self.external.len());
+                Err(BenchError::unknown("method", name, self.external().chain(builtin)))
+            }
         }
     }
 

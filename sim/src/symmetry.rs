@@ -8,8 +8,8 @@ use crate::frame::{Pose, rotation_about};
 
 /// The most turns of a symmetry of few. A thing of more looks round.
 const MOST_FOLD: u32 = 360;
-/// An axis that points so far away from where it points in a reference is upside down: the cosine of 135°. Little rests
-/// at such an angle.
+/// An axis that points so far away from where it points in a reference is upside down: the cosine of 135°. Little
+/// rests at such an angle.
 const UPSIDE_DOWN: f64 = -core::f64::consts::FRAC_1_SQRT_2;
 
 /// An axis about which an object can be turned, and then looks as before.

@@ -16,6 +16,9 @@ class Faulty(Nearest):
     """Breaks off."""
 
     fault = sys.argv[1]
+    # An heir takes over what `none` was taught; a modest one says less than it can.
+    original = "none" if fault == "heir" else None
+    edits = ["edge_addition"] if fault == "modest" else Nearest.edits
     corrected = False
 
     def correct(self, last, interrupted, trail, demonstration):
@@ -54,9 +57,6 @@ class Faulty(Nearest):
             return [Child("nowhere", 0.9)]
         if self.fault == "unsorted":
             return [Child(children[0].place, 0.1), Child("end", 0.9)]
-        if self.fault == "garbage":
-            os.write(1, b"")
-            raise SystemExit("never mind")
         return children
 
     def keyframes(self, place, state, execution, attempt, seed):

@@ -128,6 +128,12 @@ impl Check {
     /// # Errors
     /// A name that nothing has, a file with a mistake, [`BenchError::Interrupted`].
     pub fn run(&self) -> Result<Checked, BenchError> {
+        let is_about_tasks = !self.task.is_empty() || self.teacher.is_some() || self.visible || self.speed;
+        if is_about_tasks && !self.own.methods.is_empty() {
+            let problem =
+                "--methods: no method takes part in a check of tasks; expected it alone, with --method or --results";
+            return Err(BenchError::Argument(problem.to_owned()));
+        }
         if self.method.is_some() || (self.results.is_none() && !self.own.methods.is_empty()) {
             return self.owed();
         }

@@ -358,6 +358,7 @@ impl Run {
             let Some(former) = former else { return Ok(()) };
             let mut noted = Manifest { wanted: former.wanted.or(&here.wanted), ..former.clone() };
             noted.meet(&here.machine);
+            noted.provenance.methods.extend(here.provenance.methods);
             return if noted == former { Ok(()) } else { files::write_all(&[(path, noted.text())]) };
         }
         if !self.mixed {

@@ -68,7 +68,8 @@ pub(super) struct Taught {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Corrected {
-    #[serde(default = "every_edit", deserialize_with = "edits")]
+    /// The edits that it says it made; none where it does not say.
+    #[serde(default, deserialize_with = "edits")]
     pub(super) edits: Vec<Edit>,
     #[serde(default)]
     counters: Map<String, Value>,

@@ -1,4 +1,6 @@
 //! One process of an external method: asked line by line, given up where it is too late, and never left running.
+//!
+//! Here alone a clock decides a record: a limit of time that is passed breaks the run off, as the methods' file says.
 
 use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader, Read, Write};

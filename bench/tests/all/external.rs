@@ -65,7 +65,8 @@ fn of<'a>(runs: &'a [RunRecord], name: &str) -> &'a RunRecord {
     runs.iter().find(|run| run.key.method == name).unwrap_or_else(|| panic!("no run of {name}"))
 }
 
-/// The example in Python, by one process and by two, saved or told again, is the one in Rust: number for number.
+/// The example in Python, by one process and by two, saved or told again, from a model of its own or of another, is the
+/// one in Rust: number for number.
 #[test]
 fn the_nearest_neighbour_in_python_gives_the_ledger_of_that_in_rust() {
     if !has_python() {
@@ -75,9 +76,9 @@ fn the_nearest_neighbour_in_python_gives_the_ledger_of_that_in_rust() {
     let example = root().join("python/examples/methods.toml");
     for (more, jobs) in [("processes = 1", "1"), ("processes = 2", "2")] {
         let _ = fs::remove_dir_all(folder.path().join("made"));
-        let file = methods(folder.path(), &["none", "unsaved"], more);
+        let file = methods(folder.path(), &["none", "unsaved", "heir", "modest"], more);
         let own = example.to_str().unwrap();
-        let names = ["nearest", "nearest_python", "none", "unsaved"];
+        let names = ["nearest", "nearest_python", "none", "unsaved", "heir", "modest"];
         let output = run(folder.path(), &file, &names, &["--methods", own, "--jobs", jobs]);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let runs = records(folder.path());
@@ -203,4 +204,9 @@ fn a_program_that_does_not_say_what_it_is_is_refused() {
         assert!(output.status.code() == Some(2) && said.contains(words), "{command}: {said}\nexpected {words}");
         assert!(!folder.path().join("made").exists(), "nothing is left behind");
     }
+    // A check of tasks asks no method.
+    let mut command = Command::new(env!("CARGO_BIN_EXE_situ-bench"));
+    let output = command.args(["check", "pour", "--methods", "methods.toml"]).current_dir(&folder).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(2) && said.contains("--methods: no method takes part"), "{said}");
 }

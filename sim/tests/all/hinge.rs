@@ -114,7 +114,8 @@ fn friction_holds_against_less_and_lets_go_for_more_than_its_torque() {
 
 #[test]
 fn a_damper_takes_its_time() {
-    // So strong that the inertia does not matter: c dθ/dt = − m g l sin θ, or tan(θ/2) = tan(θ₀/2) e^(− m g l t / c).
+    // So strong that the inertia does not matter: c dθ/dt = − m g l sin θ,
+    // or tan(θ/2) = tan(θ₀/2) e^(− m g l t / c).
     let (damping, seconds, from) = (0.1, 1.0, 1.0);
     let mut world = pendulum(1.5 + from, 0.0, damping);
     world.settle(seconds);

@@ -9,7 +9,7 @@ use situ_sim::World;
 use situ_tasks::script::{self, Ending};
 use situ_tasks::{Episode, NeededEdit, Pose, Registry, Setting, Task};
 
-use crate::conformance::{perform, repeats_itself, start, unwatched};
+use crate::conformance::{competent_in_time, perform, repeats_itself, start, unwatched};
 
 const SEEDS: [u64; 2] = [1, 2];
 
@@ -43,11 +43,7 @@ fn the_examples_are_what_they_claim() {
     for setting in settings() {
         let label = setting.label();
         for seed in SEEDS {
-            let mut episode = start(&setting, seed);
-            assert!(!episode.succeeded(), "{label} {seed}: nothing is left to do");
-            let record = script::competent(&mut episode, &mut unwatched);
-            assert_eq!(record.ending, Ending::Succeeded, "{label} {seed}: {record:?}");
-            assert!(episode.seconds() < 0.7 * setting.time_limit, "{label} {seed}: hardly in time");
+            competent_in_time(&setting, seed);
             let mut episode = start(&setting, seed);
             let record = script::original(&mut episode, &mut unwatched);
             if setting.edit == NeededEdit::None {

@@ -85,9 +85,7 @@ impl Times {
 
 fn owed(method: &dyn Method, automaton: &Automaton, times: &mut Times) -> Vec<Owed> {
     let (schema, originals) = (automaton.schema(), automaton.originals());
-    let refused = method.teach(schema, &[], SEED).err();
-    let refused = refused.map(|_| ()).ok_or_else(|| "it makes a model of nothing".to_owned());
-    let mut owed: Vec<Owed> = vec![("it refuses to learn from no demonstration", refused)];
+    let mut owed: Vec<Owed> = Vec::new();
     let mut teach = || {
         let (learned, seconds) = timed(|| method.teach(schema, originals, SEED));
         times.teach.push(seconds);
