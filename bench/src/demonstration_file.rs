@@ -24,7 +24,7 @@
 //! }
 //! ```
 //!
-//! The keys:
+//! The keys of version 1, which a file is of where it says no `version`:
 //!
 //! - `name`: a name that no other file of the call has.
 //! - `kind`: `"original"`, the task from its start; or `"corrective"`, a part of the task, given at a failure.
@@ -58,66 +58,79 @@
 //!   - `narration`: the teacher's name for the skill. It may be left out; few methods use it.
 //! - `final_state`: the world after the last keyframe.
 //!
+//! Version 2 of the format spares people the states. With `"version": 2` at the top a file may leave `schema` out. It
+//! then gives the poses of all objects instead, and the states follow from them, scaled as those of the tasks here
+//! ([`PoseSchema`]). [`learn`](crate::cmd::learn) says which version it has read. Its keys in the place of
+//! `reference_pose`, `state`, `final_state` and `schema`:
+//!
+//! - `world`, of a keyframe and of a step of the `trail`: what there is *before* the motion to this keyframe, and where.
+//!   - `objects`: the pose of each object, by its name. The reference object is one of them.
+//!   - `hand`: the pose of the hand.
+//!   - `opening`: metres between its fingers. All worlds give it, or none.
+//! - `final_world`: the same after the last keyframe.
+//! - `objects`: the names of all objects of the task. It is needed where one of them may be absent, as a lid that only
+//!   a correction has met: whether an object is seen is then a feature too. Where it is left out, every world has the
+//!   objects of the first.
+//! - `observe`: what the state is made of, in order, where it is not the usual ([`PoseSchema::usual`]): a list of
+//!   `"opening()"`, `"offset(a, b)"` (the origin of a in the frame of b: three numbers, metres), `"distance(a, b)"`
+//!   (metres), `"tilt(a)"` (radians) and `"seen(a)"` (0 or 1), where `gripper` is the hand.
+//!
+//! ```json
+//! {
+//!   "version": 2,
+//!   "name": "tea-1",
+//!   "kind": "original",
+//!   "after": null,
+//!   "carried_to_end": true,
+//!   "keyframes": [
+//!     {
+//!       "reference": "cup",
+//!       "world": {
+//!         "objects": {"cup": {"position": [0.5, 0.1, 0.0], "quaternion": [1.0, 0.0, 0.0, 0.0]}},
+//!         "hand": {"position": [0.3, 0.0, 0.4], "quaternion": [0.0, 1.0, 0.0, 0.0]},
+//!         "opening": 0.08
+//!       },
+//!       "gripper_pose": {"position": [0.5, 0.1, 0.2], "quaternion": [0.0, 1.0, 0.0, 0.0]},
+//!       "gripper": {"open": 0.08}
+//!     }
+//!   ],
+//!   "final_world": {
+//!     "objects": {"cup": {"position": [0.5, 0.1, 0.0], "quaternion": [1.0, 0.0, 0.0, 0.0]}},
+//!     "hand": {"position": [0.5, 0.1, 0.2], "quaternion": [0.0, 1.0, 0.0, 0.0]},
+//!     "opening": 0.08
+//!   }
+//! }
+//! ```
+//!
 //! A key that is not in this list is a mistake, and so is a key that is missing or appears twice. A quaternion whose
 //! length is more than 0.001 from 1 is a mistake too; a nearer one is normalised.
+
+mod before;
+mod checked;
+pub(crate) mod content;
+mod perceived;
+pub(crate) mod rules;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use nalgebra::{Quaternion, Translation3, UnitQuaternion};
-use situ::demonstration::{Demonstration, Gripper, Keyframe, Kind, Pose};
+use situ::demonstration::{Demonstration, Keyframe, Pose};
 use situ::place::SegmentId;
 use situ::segmentation::by_reference_object;
-use situ::state::{Feature, Schema, State};
-use situ::trail::{PastStep, StepEnd};
+use situ::state::Schema;
+use situ::trail::PastStep;
+use situ_tasks::PoseSchema;
 use situ_tasks::name::shown;
 
-use crate::demonstration_content::{FileContent, FileGripper, FileKeyframe, FilePose, FileStep};
 use crate::error::BenchError;
 use crate::json_lines::line_of;
 use crate::stop::StopPoint;
 use crate::tally::count;
+use checked::{Checked, checked};
+use content::{FileContent, FileGripper, FileKeyframe, FilePose, FileStep};
 
-pub use crate::demonstration_content::Instance;
-
-/// How far the length of a quaternion may be from 1. A few printed decimals lose so much.
-const QUATERNION_TOLERANCE: f64 = 1e-3;
-/// The greatest number of metres, seconds and newtons that is taken for one. Far beyond it a square is infinite.
-const FARTHEST: f64 = 1e6;
-/// The most scales of its feature that a number of a state may be.
-const MOST_SCALES: f64 = 1e9;
-/// The most features of a schema. The work of a fit grows with them.
-const MOST_FEATURES: usize = 10_000;
-/// The scales that a feature may have.
-const SCALES: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
-
-/// The most letters of a name.
-const LONGEST_NAME: usize = 200;
-
-/// A length this near to 1 differs by rounding alone. The quaternion then stays as it was written.
-const QUATERNION_ROUNDING: f64 = 4.0 * f64::EPSILON;
-
-/// Where the robot had stopped before a demonstration.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Before {
-    /// The primitive that ran last to its end; `None` for START.
-    pub after: Option<Instance>,
-    /// The primitive that was under way when it failed or was stopped, if one was.
-    pub interrupted: Option<Instance>,
-    /// What it had chosen, in order; empty where nobody wrote it down.
-    pub trail: Vec<BeforeStep>,
-}
-
-/// A choice on the trail that led to a demonstration.
-#[derive(Clone, Debug, PartialEq)]
-pub struct BeforeStep {
-    /// The world in which it was made.
-    pub state: State,
-    /// The primitive.
-    pub primitive: Instance,
-    /// How it ended.
-    pub end: StepEnd,
-}
+pub use before::{Before, BeforeStep};
+pub use content::Instance;
 
 /// A demonstration read from a file, checked by itself.
 #[derive(Clone, Debug, PartialEq)]
@@ -128,166 +141,12 @@ pub struct DemonstrationFile {
     pub schema: Schema,
     /// Where the robot had stopped before it.
     pub before: Before,
+    /// The version of the format, 1 or 2.
+    pub version: u32,
+    /// How its states follow from the poses in it; `None` where it gives the states.
+    pub features: Option<PoseSchema>,
     path: PathBuf,
     text: String,
-}
-
-/// A mistake: its key, what is wrong, and what was expected.
-pub(crate) type Mistake = (String, String);
-
-fn mistake(key: impl Into<String>, problem: impl Into<String>) -> Mistake {
-    (key.into(), problem.into())
-}
-
-/// A pose whose quaternion has the length 1.
-pub(crate) fn pose(pose: &FilePose, key: &str) -> Result<Pose, Mistake> {
-    let [w, x, y, z] = pose.quaternion;
-    let quaternion = Quaternion::new(w, x, y, z);
-    let length = libm::sqrt(quaternion.coords.dot(&quaternion.coords));
-    if (length - 1.0).abs() > QUATERNION_TOLERANCE {
-        let problem = format!("a quaternion of length {length}, expected length 1 (order w, x, y, z)");
-        return Err(mistake(format!("{key}.quaternion"), problem));
-    }
-    let is_unit = (length - 1.0).abs() <= QUATERNION_ROUNDING;
-    let rotation = UnitQuaternion::new_unchecked(if is_unit { quaternion } else { quaternion / length });
-    if let Some(axis) = pose.position.iter().position(|value| value.abs() > FARTHEST) {
-        let problem = format!("{:e} metres, expected at most {FARTHEST} either way", pose.position[axis]);
-        return Err(mistake(format!("{key}.position[{axis}]"), problem));
-    }
-    let [x, y, z] = pose.position;
-    Ok(Pose::from_parts(Translation3::new(x, y, z), rotation))
-}
-
-fn state(values: &[f64], schema: &Schema, key: String) -> Result<State, Mistake> {
-    if values.len() != schema.len() {
-        let problem = format!("{} numbers, expected {} (one a feature of the schema)", values.len(), schema.len());
-        return Err(mistake(key, problem));
-    }
-    let scales = schema.features().iter().map(|feature| feature.scale);
-    if let Some(index) = values.iter().zip(scales).position(|(value, scale)| (value / scale).abs() > MOST_SCALES) {
-        let problem = format!("{:e}, expected at most {MOST_SCALES} times the feature's scale", values[index]);
-        return Err(mistake(format!("{key}[{index}]"), problem));
-    }
-    Ok(State::new(values))
-}
-
-fn schema(features: &[Feature]) -> Result<Schema, Mistake> {
-    if features.len() > MOST_FEATURES {
-        return Err(mistake("schema", format!("{} features, expected at most {MOST_FEATURES}", features.len())));
-    }
-    for (index, feature) in features.iter().enumerate() {
-        if !SCALES.contains(&feature.scale) {
-            let problem = format!("{}, expected a scale of {} to {}", feature.scale, SCALES.start(), SCALES.end());
-            return Err(mistake(format!("schema[{index}].scale"), problem));
-        }
-        if let Some(first) = features[..index].iter().position(|other| other.name == feature.name) {
-            let problem = format!("`{}` is the name of schema[{first}] as well, expected another", feature.name);
-            return Err(mistake(format!("schema[{index}].name"), problem));
-        }
-    }
-    Schema::new(features.to_vec()).map_err(|error| mistake("schema", error.to_string()))
-}
-
-/// Refuses a command that no gripper has, and a rest that has no end.
-pub(crate) fn check_gripper(gripper: Gripper, hold: f64) -> Result<(), Mistake> {
-    let (is_fine, rule) = match gripper {
-        Gripper::Opening(share) => ((0.0..=1.0).contains(&share), "an opening from 0 (closed) to 1 (open)"),
-        Gripper::Open(metres) => ((0.0..=FARTHEST).contains(&metres), "a width of 0 to 1000000 metres"),
-        Gripper::Close(newtons) => ((0.0..=FARTHEST).contains(&newtons), "a force of 0 to 1000000 newtons"),
-    };
-    if !is_fine {
-        return Err(mistake("gripper", format!("{}, expected {rule}", gripper.value())));
-    }
-    if !(0.0..=FARTHEST).contains(&hold) {
-        return Err(mistake("hold", format!("{hold}, expected 0 to {FARTHEST} seconds")));
-    }
-    Ok(())
-}
-
-fn keyframe(keyframe: &FileKeyframe, schema: &Schema, key: &str) -> Result<Keyframe, Mistake> {
-    check_gripper(keyframe.gripper.0, keyframe.hold)
-        .map_err(|(own, problem)| mistake(format!("{key}.{own}"), problem))?;
-    word(&keyframe.reference, format!("{key}.reference"), "that of an object")?;
-    if let Some(narration) = &keyframe.narration {
-        word(narration, format!("{key}.narration"), "that of a skill")?;
-    }
-    Ok(Keyframe {
-        reference: keyframe.reference.as_str().into(),
-        reference_pose: pose(&keyframe.reference_pose, &format!("{key}.reference_pose"))?,
-        gripper_pose: pose(&keyframe.gripper_pose, &format!("{key}.gripper_pose"))?,
-        gripper: keyframe.gripper.0,
-        hold: keyframe.hold,
-        state: state(&keyframe.state, schema, format!("{key}.state"))?,
-        announced: keyframe.announced,
-        narration: keyframe.narration.as_deref().map(Into::into),
-    })
-}
-
-/// Refuses a text that is no name: pictures and reports of the model show it on a line of its own.
-fn word(text: &str, key: String, expected: &str) -> Result<(), Mistake> {
-    if text.is_empty() {
-        return Err(mistake(key, format!("an empty name, expected {expected}")));
-    }
-    if text.chars().any(char::is_control) || text.chars().count() > LONGEST_NAME {
-        let problem = format!("`{text}`: expected a name of at most {LONGEST_NAME} letters and no control character");
-        return Err(mistake(key, problem));
-    }
-    Ok(())
-}
-
-fn checked(file: FileContent) -> Result<(Demonstration, Schema, Before), Mistake> {
-    word(&file.name, "name".to_owned(), "one that no other demonstration has")?;
-    for (index, feature) in file.schema.iter().enumerate() {
-        word(&feature.name, format!("schema[{index}].name"), "that of a feature")?;
-    }
-    if file.keyframes.is_empty() {
-        return Err(mistake("keyframes", "an empty demonstration, expected at least one keyframe"));
-    }
-    let schema = schema(&file.schema)?.with_half_turn(file.half_turn);
-    let step = |(index, step): (usize, FileStep)| {
-        let state = state(&step.state, &schema, format!("trail[{index}].state"))?;
-        Ok(BeforeStep { state, primitive: step.primitive, end: step.end })
-    };
-    let trail = file.trail.into_iter().enumerate().map(step).collect::<Result<_, Mistake>>()?;
-    let before = Before { after: file.after, interrupted: file.interrupted, trail };
-    if file.kind == Kind::Original
-        && let Some((key, _)) = before.named().first()
-    {
-        return Err(mistake(key, "an original demonstration begins at START, expected null, or no such key"));
-    }
-    let keyframes = (file.keyframes.iter().enumerate())
-        .map(|(index, each)| keyframe(each, &schema, &format!("keyframes[{index}]")))
-        .collect::<Result<Vec<_>, _>>()?;
-    let final_state = state(&file.final_state, &schema, "final_state".to_owned())?;
-    let demonstration = Demonstration::new(file.name, file.kind, &schema, keyframes, final_state, file.carried_to_end)
-        .map_err(|error| mistake(".", error.to_string()))?;
-    Ok((demonstration, schema, before))
-}
-
-impl Before {
-    /// A stop in the words of a file; `shown` are the names of the earlier demonstrations in order.
-    pub fn of(stop: &StopPoint, shown: &[&str]) -> Self {
-        let instance = |SegmentId { demonstration, index }| Instance {
-            demonstration: shown[demonstration as usize].to_owned(),
-            segment: index,
-        };
-        let step =
-            |step: &PastStep| BeforeStep { state: step.state.clone(), primitive: instance(step.of), end: step.end };
-        Self {
-            after: stop.last.map(instance),
-            interrupted: stop.interrupted.map(instance),
-            trail: stop.trail.iter().map(step).collect(),
-        }
-    }
-
-    /// The primitives that it names, each with its key.
-    fn named(&self) -> Vec<(String, &Instance)> {
-        let after = self.after.iter().map(|instance| ("after".to_owned(), instance));
-        let interrupted = self.interrupted.iter().map(|instance| ("interrupted".to_owned(), instance));
-        let trail = self.trail.iter().enumerate();
-        let trail = trail.map(|(index, step)| (format!("trail[{index}].primitive"), &step.primitive));
-        after.chain(interrupted).chain(trail).collect()
-    }
 }
 
 impl DemonstrationFile {
@@ -321,8 +180,8 @@ impl DemonstrationFile {
             mistaken(path, error.line().max(1), &key, &problem)
         })?;
         match checked(file) {
-            Ok((demonstration, schema, before)) => {
-                Ok(Self { demonstration, schema, before, path: path.to_owned(), text })
+            Ok(Checked { demonstration, schema, before, version, features }) => {
+                Ok(Self { demonstration, schema, before, version, features, path: path.to_owned(), text })
             }
             Err((key, problem)) => Err(refuse(path, &text, &key, problem)),
         }
@@ -425,29 +284,35 @@ fn content(demonstration: &Demonstration, schema: &Schema, before: &Before) -> F
     };
     let keyframe = |keyframe: &Keyframe| FileKeyframe {
         reference: keyframe.reference.to_string(),
-        reference_pose: pose(&keyframe.reference_pose),
+        reference_pose: Some(pose(&keyframe.reference_pose)),
         gripper_pose: pose(&keyframe.gripper_pose),
         gripper: FileGripper(keyframe.gripper),
         hold: keyframe.hold,
-        state: keyframe.state.values().to_vec(),
+        state: Some(keyframe.state.values().to_vec()),
+        world: None,
         announced: keyframe.announced,
         narration: keyframe.narration.as_deref().map(str::to_owned),
     };
     let step = |step: &BeforeStep| FileStep {
-        state: step.state.values().to_vec(),
+        state: Some(step.state.values().to_vec()),
+        world: None,
         primitive: step.primitive.clone(),
         end: step.end,
     };
     FileContent {
+        version: None,
         name: demonstration.name().to_string(),
         kind: demonstration.kind(),
-        schema: schema.features().to_vec(),
+        schema: Some(schema.features().to_vec()),
+        objects: None,
+        observe: None,
         half_turn: schema.half_turn(),
         after: before.after.clone(),
         interrupted: before.interrupted.clone(),
         trail: before.trail.iter().map(step).collect(),
         carried_to_end: demonstration.carried_to_end(),
         keyframes: demonstration.keyframes().iter().map(keyframe).collect(),
-        final_state: demonstration.final_state().values().to_vec(),
+        final_state: Some(demonstration.final_state().values().to_vec()),
+        final_world: None,
     }
 }

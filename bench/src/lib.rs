@@ -21,7 +21,6 @@ pub mod content;
 pub mod correction;
 pub mod correction_record;
 pub mod cost;
-mod demonstration_content;
 pub mod demonstration_file;
 pub mod digest;
 pub mod ended;

@@ -69,6 +69,20 @@ pub enum SituError {
         /// What went wrong.
         problem: String,
     },
+    /// A method whose models cannot be read again.
+    #[error("a model of {method} cannot be read again: teach it anew")]
+    Unreadable {
+        /// The method.
+        method: String,
+    },
+    /// A model that was read and cannot be one.
+    #[error("{place}: {problem}")]
+    Model {
+        /// The part of the model, as a key of what was read.
+        place: String,
+        /// What is wrong, and what was expected.
+        problem: String,
+    },
     /// A node that the model does not hold.
     #[error("the task model has no node {0}")]
     UnknownNode(NodeId),

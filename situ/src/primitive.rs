@@ -54,6 +54,28 @@ pub struct Displacement {
     pub scatters: f64,
 }
 
+/// A learner whose policies, classifiers and calibration can be written and read again. What follows from the data is
+/// not written; here it is found again, and what no fit gives is refused in words.
+pub trait Restore: Learner {
+    /// The number of features of a state.
+    fn features(&self) -> usize;
+
+    /// The policy that was fitted to these segments, whole.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    fn restored_policy(&self, read: Self::Policy, segments: &[&Segment]) -> Result<Self::Policy, String>;
+
+    /// The classifier, whole.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    fn restored_classifier(&self, read: Self::Classifier) -> Result<Self::Classifier, String>;
+
+    /// Whether a calibration can be one.
+    fn is_calibration(&self, read: &Self::Calibration) -> bool;
+}
+
 /// Fits policies and initiation classifiers, and decides which segments belong together.
 ///
 /// The algorithm needs nothing else of a representation: the paper's Find-Policy operator is

@@ -7,6 +7,7 @@ mod history;
 mod journal;
 mod node;
 mod reconnect;
+mod restore;
 mod samples;
 pub mod screen;
 mod undo;
@@ -15,7 +16,8 @@ mod ways;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 
 use crate::correction::Correction;
 use crate::error::SituError;
@@ -37,8 +39,12 @@ use screen::Screen;
 ///
 /// Every edge stands for two consecutive places in a history; [`TaskModel::children`] and [`TaskModel::parents`] are
 /// inverse to each other.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(bound = "L::Policy: Serialize, L::Classifier: Serialize, L::Calibration: Serialize")]
+///
+/// Written, it says everything but what follows from the rest; read, it is not whole before [`TaskModel::restored`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[serde(bound(serialize = "L::Policy: Serialize, L::Classifier: Serialize, L::Calibration: Serialize"))]
+#[serde(bound(deserialize = "Node<L>: DeserializeOwned, End<L>: DeserializeOwned, L::Calibration: DeserializeOwned"))]
 pub struct TaskModel<L: Learner> {
     nodes: BTreeMap<NodeId, Node<L>>,
     end: End<L>,

@@ -95,7 +95,18 @@ impl Observable {
         self.quantity.declared().visit_names(&self.arguments, visit);
     }
 
-    fn features(&self) -> Vec<WorldFeature> {
+    /// What is observed, and of which names.
+    pub(crate) fn said(&self) -> (Quantity, Vec<&str>) {
+        (self.quantity, self.arguments.names().collect())
+    }
+
+    /// As it is written.
+    pub(crate) fn text(&self) -> String {
+        self.quantity.declared().write(&self.arguments)
+    }
+
+    /// Its scalars.
+    pub(crate) fn features(&self) -> Vec<WorldFeature> {
         let word = self.quantity.declared();
         let name = word.write(&self.arguments);
         match word.measure {

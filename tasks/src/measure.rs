@@ -1,7 +1,7 @@
 //! Measurements of a world, for conditions and features. An object that is not there has none.
 
 use nalgebra::Vector3;
-use situ_sim::{Convex, Part, TABLE, World};
+use situ_sim::{Convex, Part, Pose, TABLE, World};
 
 use crate::view::{GRIPPER, View};
 
@@ -59,14 +59,23 @@ pub(crate) fn distance(view: &View<'_>, a: &str, b: &str) -> Option<f64> {
 /// The origin of `a` in the full frame of `b`, which turns and tilts with `b`: metres. Either may be the gripper.
 pub(crate) fn offset(view: &View<'_>, a: &str, b: &str) -> Option<[f64; 3]> {
     let frame = if b == GRIPPER { view.world().tcp() } else { view.canonical_pose(b)? };
-    let local = frame.rotation.inverse() * (view.position(a)? - frame.translation.vector);
-    Some([local.x, local.y, local.z])
+    Some(offset_in(&frame, &view.position(a)?))
+}
+
+/// A position of the world in a frame: metres.
+pub(crate) fn offset_in(frame: &Pose, position: &Vector3<f64>) -> [f64; 3] {
+    (frame.rotation.inverse() * (position - frame.translation.vector)).into()
 }
 
 /// The angle between the z axis of an object and the vertical, in radians.
 pub(crate) fn tilt(view: &View<'_>, object: &str) -> Option<f64> {
-    let axis = view.canonical_pose(object)?.rotation * Vector3::z();
-    Some(libm::acos(axis.z.clamp(-1.0, 1.0)))
+    Some(tilt_of(&view.canonical_pose(object)?))
+}
+
+/// The angle between the z axis of a pose and the vertical, in radians.
+pub(crate) fn tilt_of(pose: &Pose) -> f64 {
+    let axis = pose.rotation * Vector3::z();
+    libm::acos(axis.z.clamp(-1.0, 1.0))
 }
 
 /// The fraction of all beads that is in the container. It is 0 in a world without beads.

@@ -96,6 +96,11 @@ impl<M> Word<M> {
 }
 
 impl Arguments {
+    /// The names, as they are written.
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
+        self.names.iter().map(String::as_str)
+    }
+
     /// The two objects that the names speak of in a view. One that the word does not take is empty. None where a role
     /// is filled by nothing.
     pub(crate) fn names_in<'a>(&'a self, view: &View<'a>) -> Option<[&'a str; 2]> {

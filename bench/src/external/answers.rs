@@ -12,8 +12,8 @@ use situ::segment::RelativeKeyframe;
 use situ::trace::Counters;
 use situ_tasks::name::shown;
 
-use crate::demonstration_content::{FileGripper, FilePose};
-use crate::demonstration_file;
+use crate::demonstration_file::content::{FileGripper, FilePose};
+use crate::demonstration_file::rules;
 
 /// What a method says that it is.
 #[derive(Deserialize)]
@@ -143,10 +143,9 @@ impl Executed {
 impl ExecutedKeyframe {
     fn relative(self) -> Result<RelativeKeyframe, String> {
         let pose = FilePose { position: self.position, quaternion: self.quaternion_wxyz };
-        let pose: Pose =
-            demonstration_file::pose(&pose, "pose").map_err(|(key, problem)| format!("{key}: {problem}"))?;
+        let pose: Pose = rules::pose(&pose, "pose").map_err(|(key, problem)| format!("{key}: {problem}"))?;
         let gripper: Gripper = self.gripper.0;
-        demonstration_file::check_gripper(gripper, self.hold).map_err(|(key, problem)| format!("{key}: {problem}"))?;
+        rules::check_gripper(gripper, self.hold).map_err(|(key, problem)| format!("{key}: {problem}"))?;
         Ok(RelativeKeyframe { pose, gripper, hold: self.hold })
     }
 }

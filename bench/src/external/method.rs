@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use serde_json::json;
+use serde_json::{Value, json};
 use situ::demonstration::Demonstration;
 use situ::edit::Edit;
 use situ::error::SituError;
@@ -113,16 +113,32 @@ impl Method for External {
         if self.original() == self.name() {
             return Ok(learned);
         }
-        let expected = || SituError::OtherOriginal {
+        let told = self.told_again(&learned.to_json()).ok_or_else(|| SituError::OtherOriginal {
             method: self.name().to_owned(),
             expected: format!("`{}`, as an external method has it", self.original()),
-        };
-        let json = learned.to_json();
-        let told = Told::from_json(&json).ok_or_else(expected)?;
-        let features: Vec<Feature> = serde_json::from_value(json["schema"].clone()).map_err(|_| expected())?;
-        let half_turn = serde_json::from_value(json["half_turn"].clone()).map_err(|_| expected())?;
-        let names = serde_json::from_value(json["names"].clone()).map_err(|_| expected())?;
-        let schema = Schema::new(features)?.with_half_turn(half_turn);
-        Ok(Box::new(ExternalModel::new(Arc::clone(&self.0), &schema, told, names)))
+        })?;
+        Ok(Box::new(told))
+    }
+
+    /// A model that was written is told again, question for question.
+    fn read(&self, schema: &Schema, model: Value, _: u64) -> Result<Box<dyn Learned>, SituError> {
+        let told = self.told_again(&model).filter(|told| told.is_of(schema)).ok_or_else(|| SituError::Model {
+            place: "model".to_owned(),
+            problem: format!("expected what `{}` was told, over the schema of the file", self.name()),
+        })?;
+        told.graph()?;
+        Ok(Box::new(told))
+    }
+}
+
+impl External {
+    /// A model of what an external method was told; `None` where it is something else.
+    fn told_again(&self, json: &Value) -> Option<ExternalModel> {
+        let told = Told::from_json(json)?;
+        let features: Vec<Feature> = serde_json::from_value(json.get("schema")?.clone()).ok()?;
+        let half_turn = serde_json::from_value(json.get("half_turn")?.clone()).ok()?;
+        let names = serde_json::from_value(json.get("names")?.clone()).ok()?;
+        let schema = Schema::new(features).ok()?.with_half_turn(half_turn);
+        Some(ExternalModel::new(Arc::clone(&self.0), &schema, told, names))
     }
 }

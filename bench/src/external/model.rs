@@ -62,6 +62,11 @@ impl ExternalModel {
         known.as_ref().map_err(SituError::clone)
     }
 
+    /// Whether its states are of this schema.
+    pub(super) fn is_of(&self, schema: &Schema) -> bool {
+        *self.schema == *schema
+    }
+
     /// The name of a place that may have run last: nothing where none did.
     fn last(&self, last: Place) -> Result<Option<&str>, SituError> {
         match last {

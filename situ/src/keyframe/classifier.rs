@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::logistic::LogisticFit;
 use super::parameters::Lift;
@@ -10,7 +10,8 @@ use crate::primitive::{Ball, Initiation};
 use crate::state::State;
 
 /// A fitted initiation classifier.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct KeyframeClassifier {
     pub(super) lift: Lift,
     pub(super) fit: LogisticFit,
@@ -18,14 +19,20 @@ pub struct KeyframeClassifier {
     pub(super) centre: Vec<f64>,
     /// The origin and the unit of each feature in the regression, both in scaled units (decision D16), shape (d).
     pub(super) units: Vec<(f64, f64)>,
-    /// The greatest number of units that a feature counts (decision D16).
-    #[serde(skip)]
+    /// The greatest number of units that a feature counts (decision D16). Infinite without a bound.
+    #[serde(deserialize_with = "bounded")]
     pub(super) most: f64,
     /// The classifier is activated only up to this root mean square scaled distance from the centre. Infinite without a
     /// bound.
+    #[serde(deserialize_with = "bounded")]
     pub(super) radius: f64,
     #[serde(skip)]
     pub(super) scales: Arc<[f64]>,
+}
+
+/// A number, or nothing where it is infinite, as JSON writes it.
+fn bounded<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
 }
 
 /// The state, each feature divided by its scale (decision D16).

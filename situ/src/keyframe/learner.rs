@@ -57,12 +57,17 @@ impl KeyframeLearner {
         &self.parameters
     }
 
+    /// What the features of a state are divided by.
+    pub(super) fn shared_scales(&self) -> Arc<[f64]> {
+        self.scales.clone()
+    }
+
     /// The number of features of a state.
     pub fn features(&self) -> usize {
         self.scales.len()
     }
 
-    fn trajectories(&self, segments: &[&Segment]) -> Vec<Vec<Observation>> {
+    pub(super) fn trajectories(&self, segments: &[&Segment]) -> Vec<Vec<Observation>> {
         let interpolate = |segment: &&Segment| {
             self.path_of(segment).into_iter().map(|pose| Observation { pose, gripper: None }).collect()
         };

@@ -15,6 +15,7 @@ pub mod logistic;
 pub mod parameters;
 pub mod policy;
 pub mod pose;
+mod restore;
 mod roles;
 pub mod scatter;
 mod true_keyframes;

@@ -2,7 +2,7 @@
 
 use core::f64::consts::PI;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::hmm::HmmParameters;
 use super::logistic::LogisticParameters;
@@ -59,7 +59,7 @@ pub enum Spurious {
 }
 
 /// Decision D2b: what the initiation classifier is linear in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Lift {
     /// The scaled features and their squares.
     QuadraticDiagonal,

@@ -17,7 +17,8 @@ use crate::random::standard_normal;
 use crate::segment::{RelativeKeyframe, Segment};
 
 /// A fitted policy `π`.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct KeyframePolicy {
     /// The reference object; everything here is in its frame.
     pub(super) reference: Arc<str>,
@@ -27,11 +28,10 @@ pub struct KeyframePolicy {
     pub(super) holds: Vec<f64>,
     /// The model over the interpolated segments (decision D5).
     pub(super) signature: Hmm,
-    /// The interpolated segments themselves, and their log likelihood under the signature. The cross-likelihood needs
-    /// both.
+    /// The interpolated segments themselves, which the cross-likelihood needs. They follow from the segments.
     #[serde(skip)]
     pub(super) trajectories: Vec<Vec<Observation>>,
-    #[serde(skip)]
+    /// Their log likelihood under the signature, nats.
     pub(super) log_likelihood: f64,
 }
 

@@ -44,6 +44,12 @@ pub(crate) const MEAN_STEPS: usize = 10;
 /// whose eigenvalues differ by 10⁻⁴ in proportion.
 const SQUARINGS: usize = 16;
 
+/// Whether a pose has finite numbers and a rotation of length 1, but for rounding.
+pub(crate) fn is_unit(pose: &Pose) -> bool {
+    let length = pose.rotation.quaternion().norm_squared();
+    pose.translation.vector.iter().all(|value| value.is_finite()) && (length - 1.0).abs() < 1e-9
+}
+
 /// The rotation vector of a unit quaternion, radians, at most π long. It is the same for q and −q.
 pub fn rotation_log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     let quaternion = rotation.quaternion();

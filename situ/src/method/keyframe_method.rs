@@ -334,6 +334,15 @@ impl Method for KeyframeMethod {
         }
         Ok(Box::new(self.task(original.keyframe(self.name)?)))
     }
+
+    fn read(&self, schema: &Schema, model: serde_json::Value, seed: u64) -> Result<Box<dyn Learned>, SituError> {
+        let refuse = |problem: String| SituError::Model { place: "model".to_owned(), problem };
+        let read: TaskModel<KeyframeLearner> =
+            serde_json::from_value(model).map_err(|error| refuse(error.to_string()))?;
+        let task = self.task(&KeyframeAutomaton { schema: schema.clone(), model: Arc::new(read), seed });
+        let model = task.model.clone().restored(&task.learner)?;
+        Ok(Box::new(KeyframeTask { model, ..task }))
+    }
 }
 
 impl KeyframeMethod {

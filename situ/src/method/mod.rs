@@ -83,6 +83,15 @@ pub trait Method: Send + Sync {
         original.own(self.name())
     }
 
+    /// A model of this method, read again from what [`Learned::to_json`] gave: in all it does it is the model that was
+    /// written. `seed` is that of the teaching.
+    ///
+    /// # Errors
+    /// [`SituError::Unreadable`] where models of this method cannot be read, as by default; [`SituError::Model`].
+    fn read(&self, _schema: &Schema, _model: serde_json::Value, _seed: u64) -> Result<Box<dyn Learned>, SituError> {
+        Err(SituError::Unreadable { method: self.name().to_owned() })
+    }
+
     /// Learns the original task and takes the model over.
     ///
     /// # Errors

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::place::Place;
 
@@ -43,6 +43,16 @@ impl Edges {
 impl Serialize for Edges {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_seq(self.all())
+    }
+}
+
+impl<'de> Deserialize<'de> for Edges {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let mut edges = Self::default();
+        for (from, to) in Vec::<(Place, Place)>::deserialize(deserializer)? {
+            edges.add(from, to);
+        }
+        Ok(edges)
     }
 }
 

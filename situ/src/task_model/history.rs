@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::demonstration::{Demonstration, Kind};
 use crate::place::{NodeId, SegmentId};
@@ -11,7 +11,8 @@ use crate::state::State;
 use crate::trail::PastStep;
 
 /// One demonstration and the primitives it traversed.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct History {
     /// The demonstration's name.
     pub name: Arc<str>,
@@ -22,7 +23,7 @@ pub struct History {
     /// A segment of the primitive that was under way before the demonstration and did not run to its end, if one was.
     pub interrupted: Option<SegmentId>,
     /// The choices that led to the failure, in order; empty where nobody wrote them down.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub trail: Vec<PastStep>,
     /// Its segments.
     pub segments: Vec<Arc<Segment>>,

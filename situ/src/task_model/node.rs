@@ -3,13 +3,15 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 
 use crate::place::{SampleId, Samples, SegmentId};
 use crate::primitive::Learner;
 
 /// One way of doing what a primitive does (decision D20).
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Way<P> {
     /// The segments that its policy is fitted to.
     pub segments: BTreeSet<SegmentId>,
@@ -23,8 +25,9 @@ pub struct Way<P> {
 }
 
 /// A node `z`: a primitive with the data beneath it.
-#[derive(Debug, PartialEq, Serialize)]
-#[serde(bound = "L::Policy: Serialize, L::Classifier: Serialize")]
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, bound(serialize = "L::Policy: Serialize, L::Classifier: Serialize"))]
+#[serde(bound(deserialize = "L::Policy: DeserializeOwned, L::Classifier: DeserializeOwned"))]
 pub struct Node<L: Learner> {
     /// The reference object of all its segments.
     pub reference: Arc<str>,
@@ -39,8 +42,9 @@ pub struct Node<L: Learner> {
 }
 
 /// END: a pseudo-node with a classifier of its own (decision D11).
-#[derive(Debug, PartialEq, Serialize)]
-#[serde(bound = "L::Classifier: Serialize")]
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[serde(bound(serialize = "L::Classifier: Serialize", deserialize = "L::Classifier: DeserializeOwned"))]
 pub struct End<L: Learner> {
     /// The samples of its classifier.
     pub samples: Samples,

@@ -9,6 +9,7 @@ mod kernels;
 mod listing;
 mod methods;
 mod people;
+mod read_again;
 mod reference;
 mod refinement;
 mod refusals;

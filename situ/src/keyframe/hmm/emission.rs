@@ -2,14 +2,14 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use rand::Rng;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::density::EmissionDensity;
 use super::frames::{Frames, Gaussian};
 use super::gripper::GripperEmission;
 use super::parameters::{HmmError, HmmParameters};
 use crate::demonstration::{Gripper, Pose};
-use crate::keyframe::pose::{Tangent, exp, log, rotation_exp};
+use crate::keyframe::pose::{Tangent, exp, is_unit, log, rotation_exp};
 use crate::random::standard_normal;
 
 /// The number of dimensions of a pose's tangent space.
@@ -102,7 +102,8 @@ pub struct Observation {
 ///
 /// The density is with respect to metres and radians of that tangent space. To change a mean or a covariance, make a
 /// new emission by [`Emission::new`], because the factor of the covariance is stored too.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "WrittenEmission")]
 pub struct Emission {
     /// The mean pose.
     pub mean: Pose,
@@ -119,6 +120,29 @@ pub struct Emission {
     /// −½ (6 log 2π + log |Σ|).
     #[serde(skip)]
     log_normaliser: f64,
+}
+
+/// An emission as it is written: what follows from the covariance is left out.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenEmission {
+    mean: Pose,
+    covariance: Matrix6<f64>,
+    scatter: Matrix6<f64>,
+    gripper: Option<GripperEmission>,
+}
+
+impl TryFrom<WrittenEmission> for Emission {
+    type Error = HmmError;
+
+    fn try_from(written: WrittenEmission) -> Result<Self, HmmError> {
+        let WrittenEmission { mean, covariance, scatter, gripper } = written;
+        let numbers = scatter.iter().chain(&mean.translation.vector);
+        if !numbers.copied().all(f64::is_finite) || !is_unit(&mean) || !gripper.is_none_or(|each| each.is_sound()) {
+            return Err(HmmError::Written);
+        }
+        Self::new(mean, covariance, scatter, gripper)
+    }
 }
 
 impl Emission {

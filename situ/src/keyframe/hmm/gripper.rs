@@ -3,7 +3,7 @@
 use core::f64::consts::PI;
 
 use rand::{Rng, RngExt};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::parameters::HmmParameters;
 use crate::demonstration::Gripper;
@@ -18,7 +18,8 @@ const FLOOR: [f64; KINDS] = [0.1, 0.01, 5.0];
 const UNSEEN: [f64; KINDS] = [0.5, 0.04, 20.0];
 
 /// A categorical distribution over the kinds of command, and a Gaussian over the value within each.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct GripperEmission {
     /// The probability of each kind.
     pub probabilities: [f64; KINDS],
@@ -59,6 +60,14 @@ impl Scores {
 }
 
 impl GripperEmission {
+    /// Whether its numbers are those of a distribution.
+    pub(super) fn is_sound(&self) -> bool {
+        let Self { probabilities, means, variances } = self;
+        probabilities.iter().all(|share| (0.0..=1.0).contains(share))
+            && means.iter().all(|mean| mean.is_finite())
+            && variances.iter().all(|variance| variance.is_finite() && *variance > 0.0)
+    }
+
     /// Before any command is seen, every kind is equally likely.
     pub(super) fn unseen() -> Self {
         Self { probabilities: [1.0 / KINDS as f64; KINDS], means: UNSEEN, variances: UNSEEN.map(|value| value * value) }

@@ -1,13 +1,14 @@
 //! A hidden Markov model with an explicit end.
 
 use rand::{Rng, RngExt};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::density::EmissionDensity;
 use super::emission::Emission;
 
 /// A hidden Markov model of K states, with an explicit end.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Hmm<E = Emission> {
     /// The probability of starting in each state, shape (K).
     pub initial: Vec<f64>,

@@ -112,6 +112,11 @@ pub enum HmmError {
     /// A covariance is not positive definite.
     #[error("a covariance is not positive definite")]
     NotPositiveDefinite,
+    /// A hidden state that was read has numbers that no fit gives.
+    #[error(
+        "a hidden state needs finite numbers, a rotation of length 1, and probabilities and variances of a gripper"
+    )]
+    Written,
     /// The model to start from does not have the shape that the parameters ask for.
     #[error("the model to start from is not a left-to-right model of these parameters")]
     Topology,

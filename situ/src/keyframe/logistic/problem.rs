@@ -1,6 +1,6 @@
 //! The objective of a ridge logistic regression, what both ways to its minimum share, and what they find.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::vector::{EIGHT, Four, Wide, dot, exp, fours, fours_mut, joined, log_1p};
 
@@ -114,7 +114,8 @@ pub(super) fn search(value: f64, slope: f64, mut objective: impl FnMut(f64) -> f
 }
 
 /// A fitted ridge logistic regression.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct LogisticFit {
     /// The weight of each feature, shape (d).
     pub weights: Vec<f64>,

@@ -1,5 +1,7 @@
 //! The content of a demonstration file, key for key, before its rules are checked.
 
+use std::collections::BTreeMap;
+
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use situ::demonstration::{Gripper, Kind};
@@ -19,9 +21,16 @@ pub struct Instance {
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct FileContent {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) version: Option<u32>,
     pub(crate) name: String,
     pub(crate) kind: Kind,
-    pub(crate) schema: Vec<Feature>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) schema: Option<Vec<Feature>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) objects: Option<Vec<String>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) observe: Option<Vec<String>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) half_turn: Option<Axis>,
     // An `Option` may be left out, unless a function is named that reads it.
@@ -33,13 +42,30 @@ pub(crate) struct FileContent {
     pub(crate) trail: Vec<FileStep>,
     pub(crate) carried_to_end: bool,
     pub(crate) keyframes: Vec<FileKeyframe>,
-    pub(crate) final_state: Vec<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) final_state: Option<Vec<f64>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) final_world: Option<FileWorld>,
+}
+
+/// The world as poses: what is there, the hand, and metres between its fingers.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FileWorld {
+    #[serde(deserialize_with = "each_once")]
+    pub(crate) objects: BTreeMap<String, FilePose>,
+    pub(crate) hand: FilePose,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) opening: Option<f64>,
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct FileStep {
-    pub(crate) state: Vec<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) state: Option<Vec<f64>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) world: Option<FileWorld>,
     pub(crate) primitive: Instance,
     pub(crate) end: StepEnd,
 }
@@ -48,12 +74,16 @@ pub(crate) struct FileStep {
 #[serde(deny_unknown_fields)]
 pub(crate) struct FileKeyframe {
     pub(crate) reference: String,
-    pub(crate) reference_pose: FilePose,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) reference_pose: Option<FilePose>,
     pub(crate) gripper_pose: FilePose,
     pub(crate) gripper: FileGripper,
     #[serde(default)]
     pub(crate) hold: f64,
-    pub(crate) state: Vec<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) state: Option<Vec<f64>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) world: Option<FileWorld>,
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub(crate) announced: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -65,6 +95,32 @@ pub(crate) struct FileKeyframe {
 pub(crate) struct FilePose {
     pub(crate) position: [f64; 3],
     pub(crate) quaternion: [f64; 4],
+}
+
+/// An object of JSON in which no key stands twice: a reader that takes the last of two does not see the first.
+fn each_once<'de, D: Deserializer<'de>>(deserializer: D) -> Result<BTreeMap<String, FilePose>, D::Error> {
+    deserializer.deserialize_map(EachOnce)
+}
+
+struct EachOnce;
+
+impl<'de> Visitor<'de> for EachOnce {
+    type Value = BTreeMap<String, FilePose>;
+
+    fn expecting(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
+        formatter.write_str("the pose of each object, by its name")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+        let mut found = BTreeMap::new();
+        while let Some((name, pose)) = map.next_entry::<String, FilePose>()? {
+            if found.contains_key(&name) {
+                return Err(A::Error::custom(format!("`{name}` stands there twice, expected once")));
+            }
+            found.insert(name, pose);
+        }
+        Ok(found)
+    }
 }
 
 pub(crate) struct FileGripper(pub(crate) Gripper);
