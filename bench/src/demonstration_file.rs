@@ -63,7 +63,8 @@
 //! ([`PoseSchema`]). [`learn`](crate::cmd::learn) says which version it has read. Its keys in the place of
 //! `reference_pose`, `state`, `final_state` and `schema`:
 //!
-//! - `world`, of a keyframe and of a step of the `trail`: what there is *before* the motion to this keyframe, and where.
+//! - `world`, of a keyframe and of a step of the `trail`: what there is, and where, *before* the motion to this
+//!   keyframe.
 //!   - `objects`: the pose of each object, by its name. The reference object is one of them.
 //!   - `hand`: the pose of the hand.
 //!   - `opening`: metres between its fingers. All worlds give it, or none.
@@ -108,24 +109,20 @@
 mod before;
 mod checked;
 pub(crate) mod content;
-mod perceived;
+pub(crate) mod perceived;
 pub(crate) mod rules;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use situ::demonstration::{Demonstration, Keyframe, Pose};
-use situ::place::SegmentId;
-use situ::segmentation::by_reference_object;
 use situ::state::Schema;
-use situ::trail::PastStep;
 use situ_tasks::PoseSchema;
 use situ_tasks::name::shown;
 
+use crate::digest;
 use crate::error::BenchError;
 use crate::json_lines::line_of;
-use crate::stop::StopPoint;
-use crate::tally::count;
 use checked::{Checked, checked};
 use content::{FileContent, FileGripper, FileKeyframe, FilePose, FileStep};
 
@@ -192,27 +189,14 @@ impl DemonstrationFile {
         &self.path
     }
 
+    /// A hash of its text.
+    pub fn hash(&self) -> String {
+        digest::hash(&self.text)
+    }
+
     /// The error of a mistake at `key`, such as `after.segment`.
     pub fn refuse(&self, key: &str, problem: impl Into<String>) -> BenchError {
         refuse(&self.path, &self.text, key, problem)
-    }
-
-    /// The segment that `instance`, the value of `key`, names among the demonstrations of the `former` files.
-    fn segment(&self, key: &str, instance: &Instance, former: &[Self]) -> Result<SegmentId, BenchError> {
-        let Instance { demonstration, segment } = instance;
-        let Some(number) = former.iter().position(|other| **other.demonstration.name() == **demonstration) else {
-            let known: Vec<String> = former.iter().map(|other| format!("`{}`", other.demonstration.name())).collect();
-            let known = known.join(", ");
-            let problem = format!("no demonstration `{demonstration}` before this one, expected one of {known}");
-            return Err(self.refuse(&format!("{key}.demonstration"), problem));
-        };
-        let segments = by_reference_object(&former[number].demonstration).len();
-        if *segment as usize >= segments {
-            let problem =
-                format!("{segment}, expected 0 to {} (`{demonstration}` has {segments} segments)", segments - 1);
-            return Err(self.refuse(&format!("{key}.segment"), problem));
-        }
-        Ok(SegmentId { demonstration: count(number), index: *segment })
     }
 }
 
@@ -225,59 +209,23 @@ fn mistaken(path: &Path, line: usize, key: &str, problem: &str) -> BenchError {
     BenchError::Demonstration { path: path.to_owned(), line, key: shown(key), problem: shown(problem) }
 }
 
-/// Checks files that are learned together, in the order in which they are learned: they have one schema, no name twice,
-/// and each primitive before a demonstration is a segment of an earlier demonstration. Returns where the robot had
-/// stopped before each.
-///
-/// # Errors
-/// [`BenchError::Demonstration`].
-pub fn check_together(files: &[DemonstrationFile]) -> Result<Vec<StopPoint>, BenchError> {
-    let mut stops = Vec::with_capacity(files.len());
-    for (index, file) in files.iter().enumerate() {
-        let former = &files[..index];
-        let name = file.demonstration.name();
-        if let Some(other) = former.iter().find(|other| other.demonstration.name() == name) {
-            let problem = format!("`{name}` is the name in {} as well, expected another", other.path.display());
-            return Err(file.refuse("name", problem));
-        }
-        if let Some(first) = former.first()
-            && first.schema != file.schema
-        {
-            let (here, there) = (file.schema.features(), first.schema.features());
-            let differs = here.iter().zip(there).position(|(here, there)| here != there);
-            let other = if here.len() == there.len() { "half_turn" } else { "schema" };
-            let key = differs.map_or(other.to_owned(), |feature| format!("schema[{feature}]"));
-            let problem = format!("expected the schema of {}: all files of one call share it", first.path.display());
-            return Err(file.refuse(&key, problem));
-        }
-        let mut named = file.before.named().into_iter().map(|(key, instance)| file.segment(&key, instance, former));
-        let mut next = |is_there: bool| is_there.then(|| named.next()).flatten().transpose();
-        let (last, interrupted) = (next(file.before.after.is_some())?, next(file.before.interrupted.is_some())?);
-        let steps = file.before.trail.iter().zip(named);
-        let trail = steps.map(|(step, of)| Ok(PastStep { state: step.state.clone(), of: of?, end: step.end }));
-        let trail = trail.collect::<Result<_, BenchError>>()?;
-        stops.push(StopPoint { last, interrupted, trail });
-    }
-    Ok(stops)
-}
-
 /// The text of a demonstration file.
 pub fn render(demonstration: &Demonstration, schema: &Schema, before: &Before) -> String {
-    serde_json::to_string_pretty(&content(demonstration, schema, before)).expect("finite numbers and string keys")
+    serde_json::to_string_pretty(&written(demonstration, schema, before)).expect("finite numbers and string keys")
         + "\n"
 }
 
 /// The keys of a demonstration file that say what was shown: all but those of its schema and of what ran before.
 pub(crate) fn shown_keys(demonstration: &Demonstration, schema: &Schema) -> serde_json::Value {
-    let content = content(demonstration, schema, &Before::default());
-    let mut value = serde_json::to_value(content).expect("finite numbers and string keys");
+    let all = written(demonstration, schema, &Before::default());
+    let mut value = serde_json::to_value(all).expect("finite numbers and string keys");
     if let Some(keys) = value.as_object_mut() {
         ["schema", "half_turn", "after"].into_iter().for_each(|key| drop(keys.remove(key)));
     }
     value
 }
 
-fn content(demonstration: &Demonstration, schema: &Schema, before: &Before) -> FileContent {
+fn written(demonstration: &Demonstration, schema: &Schema, before: &Before) -> FileContent {
     let pose = |pose: &Pose| FilePose {
         position: pose.translation.vector.into(),
         quaternion: [pose.rotation.w, pose.rotation.i, pose.rotation.j, pose.rotation.k],

@@ -9,10 +9,12 @@
 //! measured on [`synthetic`] automata ([`cost`]) and held against baselines by the [`gate`].
 //!
 //! How to add a method, a task, a teacher or a table: [`extending`]; a method in another language: [`methods_page`],
-//! [`external`]. A task from nothing, step by step: [`tutorial`].
-//! All keys of a task file: [`task_files`].
+//! [`external`]. A task from nothing, step by step: [`tutorial`]. All keys of a task file: [`task_files`]. A task model
+//! on a robot of one's own: [`robot`].
 
 pub mod archive;
+pub mod asked;
+pub mod behaviour_tree;
 pub mod calibration;
 pub mod caption;
 pub mod cmd;
@@ -22,7 +24,9 @@ pub mod correction;
 pub mod correction_record;
 pub mod cost;
 pub mod demonstration_file;
+pub mod diagnosis;
 pub mod digest;
+pub mod earlier;
 pub mod ended;
 pub mod error;
 pub mod evaluation;
@@ -37,6 +41,7 @@ pub mod files;
 pub mod gate;
 pub mod held_out;
 mod json_lines;
+pub mod kept_model;
 pub mod ledger;
 pub mod lesson;
 pub mod lock;
@@ -46,6 +51,7 @@ pub mod memo;
 #[doc = include_str!("../docs/methods.md")]
 pub mod methods_page {}
 pub mod observer;
+pub mod own_cost;
 pub mod performance;
 pub mod pictures;
 pub mod plan;
@@ -71,6 +77,8 @@ pub mod synthetic;
 pub mod tables;
 pub mod tally;
 pub mod teaching;
+#[doc = include_str!("../docs/robot.md")]
+pub mod robot {}
 #[doc = include_str!("../docs/task-files.md")]
 pub mod task_files {}
 #[doc = include_str!("../docs/tutorial.md")]

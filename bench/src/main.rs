@@ -10,8 +10,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use situ_bench::cmd::{
-    check::Check, cost::Cost, learn::Learn, list::List, merge::Merge, run::Run, say, show::Show, supersede::Supersede,
-    tables::Tables,
+    ask::Ask, check::Check, cost::Cost, learn::Learn, list::List, merge::Merge, run::Run, say, show::Show,
+    supersede::Supersede, tables::Tables,
 };
 use situ_bench::error::BenchError;
 
@@ -30,6 +30,7 @@ Examples:
   situ-bench list methods
   situ-bench tables quick.jsonl --out tables
   situ-bench learn original.json --correct correction.json --dot model.dot
+  situ-bench ask model.json '{\"do\": \"graph\"}'
 
 Exit status: 0; 1 where the machine or a check failed; 2 where the input was bad; 130 where it was interrupted. A run
 that broke off is in the ledger and in the table `endings`, and no failure of the program."
@@ -48,6 +49,7 @@ enum Verb {
     Merge(Merge),
     Tables(Tables),
     Learn(Learn),
+    Ask(Ask),
     Show(Show),
     Supersede(Supersede),
 }
@@ -71,6 +73,7 @@ fn main() -> ExitCode {
             print(&printed.text)
         }),
         Verb::Learn(learn) => learn.run().and_then(|text| print(&text)),
+        Verb::Ask(ask) => ask.run().and_then(|text| print(&text)),
         Verb::Show(show) => show.run().and_then(|text| print(&text)),
         Verb::Supersede(supersede) => supersede.run().and_then(|text| print(&text)),
     };

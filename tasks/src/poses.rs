@@ -105,6 +105,11 @@ impl PoseSchema {
         self.0.iter().flat_map(|observable| observable.said().1).filter(|name| *name != GRIPPER).collect()
     }
 
+    /// Whether it asks if an object is seen: then the object may be absent.
+    pub fn asks_whether_seen(&self, object: &str) -> bool {
+        self.0.iter().any(|observable| observable.said() == (Quantity::Seen, vec![object]))
+    }
+
     /// Whether it asks for the opening of the hand.
     pub fn has_opening(&self) -> bool {
         self.0.iter().any(|observable| observable.said().0 == Quantity::Opening)

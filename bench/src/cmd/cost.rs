@@ -2,18 +2,23 @@
 
 use std::collections::BTreeMap;
 use std::env;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use comfy_table::{Table, presets::ASCII_MARKDOWN};
 use situ::edit::Edit;
 use situ::method;
 
+use crate::cmd::library::OwnMethods;
 use crate::cmd::run::Run;
 use crate::cost::Subject;
+use crate::demonstration_file::DemonstrationFile;
+use crate::digest;
 use crate::error::BenchError;
 use crate::files;
 use crate::gate::{Judged, MeasuredUpdate, Origin, Verdict, WorkBaseline, valgrind};
+use crate::kept_model::KeptModel;
+use crate::own_cost::{self, OwnBaseline};
 use crate::protocol::Protocol;
 use crate::record::{CostRecord, Record};
 use crate::tables;
@@ -30,11 +35,22 @@ Exit status 1 where an update regressed.
 Examples:
   situ-bench cost
   situ-bench cost --check
-  situ-bench cost --mint")]
+  situ-bench cost --mint
+  situ-bench cost --model tea.json --correct lid.json --mint    (writes tea.cost.json)
+  situ-bench cost --model tea.json --correct lid.json --check")]
 pub struct Cost {
     /// The protocol whose cost series are measured: the name of a built-in one, or a file.
     #[arg(long, default_value = "cost", value_name = "NAME|FILE")]
     pub protocol: String,
+    /// Measures the corrections of a model of one's own in the place of a protocol: what `learn --out` wrote.
+    #[arg(long, value_name = "MODEL.json", requires = "correct", conflicts_with_all = ["protocol", "out"])]
+    pub model: Option<PathBuf>,
+    /// The corrections of that model, folded in one after another.
+    #[arg(long, value_name = "CORRECTION.json", num_args = 1.., requires = "model")]
+    pub correct: Vec<PathBuf>,
+    /// Methods of one's own, for a model of one of them.
+    #[command(flatten)]
+    pub own: OwnMethods,
     /// The folder for the ledger and the tables. Where it is not given, `runs/PROTOCOL`, which is begun anew each time.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -44,9 +60,10 @@ pub struct Cost {
     /// Writes the baseline anew, from this measurement.
     #[arg(long, conflicts_with = "check")]
     pub mint: bool,
-    /// The baseline.
-    #[arg(long, default_value = "results/baselines/update_cost.json", value_name = "FILE")]
-    pub baseline: PathBuf,
+    /// The baseline. Where it is not given: results/baselines/update_cost.json; for a model of one's own `.cost.json`
+    /// beside it.
+    #[arg(long, value_name = "FILE")]
+    pub baseline: Option<PathBuf>,
     /// Leaves the instructions out, even where valgrind is installed.
     #[arg(long)]
     pub without_instructions: bool,
@@ -55,6 +72,8 @@ pub struct Cost {
     pub one: Option<Vec<String>>,
 }
 
+/// The baseline of the protocol.
+const BASELINE: &str = "results/baselines/update_cost.json";
 /// Instructions are counted of automata whose nodes times originals are at most this. Under valgrind, teaching a
 /// greater one takes minutes.
 const MOST_SEGMENTS: u32 = 300;
@@ -74,6 +93,10 @@ impl Cost {
     /// # Errors
     /// As [`Run::run`]; a file that is not there or is no baseline; an error of valgrind.
     pub fn run(&self) -> Result<Costed, BenchError> {
+        if let Some(model) = &self.model {
+            return self.of_own(model);
+        }
+        let own_baseline = self.baseline.clone().unwrap_or_else(|| PathBuf::from(BASELINE));
         let protocol = Protocol::find(&self.protocol)?;
         if protocol.cost.is_empty() {
             let problem = format!("the protocol `{}` has no cost series: expected one that has", protocol.name);
@@ -83,7 +106,7 @@ impl Cost {
             one_automaton(&protocol, one)?;
             return Ok(Costed { text: String::new(), is_sound: true });
         }
-        let baseline = self.check.then(|| WorkBaseline::read(&self.baseline)).transpose()?;
+        let baseline = self.check.then(|| WorkBaseline::read(&own_baseline)).transpose()?;
         let protocol = Protocol { tasks: Vec::new(), ..protocol };
         let run = Run { protocol: self.protocol.clone(), out: self.out.clone(), ..Run::default() };
         let published = run.publish(&protocol, &[tables::COST])?;
@@ -111,10 +134,37 @@ impl Cost {
         }
         if self.mint {
             let baseline = WorkBaseline::new(Origin::here(), &protocol, rows);
-            files::write_all(&[(self.baseline.clone(), baseline.to_json())])?;
-            printed.push_str(&format!("The baseline is {}.\n", self.baseline.display()));
+            files::write_all(&[(own_baseline.clone(), baseline.to_json())])?;
+            printed.push_str(&format!("The baseline is {}.\n", own_baseline.display()));
         }
         Ok(Costed { text: printed, is_sound })
+    }
+
+    /// The corrections of a model of one's own.
+    fn of_own(&self, path: &Path) -> Result<Costed, BenchError> {
+        let methods = self.own.known_alone()?;
+        let read = self.correct.iter().map(|path| DemonstrationFile::read(path));
+        let corrections = read.collect::<Result<Vec<_>, _>>()?;
+        let mut kept = KeptModel::read(path, &methods)?;
+        let model = digest::hash(kept.render());
+        let mut earlier = kept.earlier(path);
+        let stops = corrections.iter().map(|file| earlier.stop(file)).collect::<Result<Vec<_>, _>>()?;
+        let beside = self.baseline.clone().unwrap_or_else(|| path.with_extension("cost.json"));
+        let baseline = self.check.then(|| OwnBaseline::read(&beside)).transpose()?;
+        let rows = own_cost::measured(&mut kept, &corrections, &stops)?;
+        let mut costed = Costed { text: own_cost::table(&rows), is_sound: true };
+        let now = OwnBaseline::new(kept.method.name(), model, rows);
+        if let Some(baseline) = baseline {
+            let (text, is_sound) = baseline.judge(&now);
+            costed.text.push_str(&text);
+            costed.is_sound = is_sound;
+        }
+        if self.mint {
+            let inputs: Vec<&Path> = self.correct.iter().map(PathBuf::as_path).chain([path]).collect();
+            files::write_beside(&inputs, &[(beside.clone(), now.to_json())])?;
+            costed.text.push_str(&format!("The baseline is {}.\n", beside.display()));
+        }
+        Ok(costed)
     }
 
     fn count_instructions(&self, rows: &mut [MeasuredUpdate]) -> Result<(), BenchError> {

@@ -1,22 +1,26 @@
 //! `learn`: a task model from demonstration files alone, without physics.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde::Serialize;
 use situ::demonstration::Kind;
-use situ::edit::{self, Difference};
-use situ::graph::Graph;
+use situ::edit::Difference;
 use situ::method::{Learned, Method};
-use situ::trace::{Counters, Trace};
+use situ::trace::Counters;
 use situ_tasks::name::one_line;
 
+use crate::behaviour_tree;
 use crate::cmd::library::OwnMethods;
-use crate::demonstration_file::{DemonstrationFile, check_together};
+use crate::demonstration_file::DemonstrationFile;
+use crate::diagnosis::Diagnosis;
+use crate::earlier::Earlier;
 use crate::error::BenchError;
 use crate::files;
-use crate::stop::Unheld;
+use crate::kept_model::{Corrected, KeptModel};
+use crate::stop::StopPoint;
 
 /// The end of the long help: the file format in short.
 const FORMAT: &str = r#"A demonstration is one JSON file:
@@ -43,103 +47,111 @@ Poses are in the world frame, in metres. Consecutive keyframes about one object
 are a segment; of its reference poses the first counts. All files of one call
 share one schema. Nothing is written where a file has a mistake.
 
+With "version": 2 a file may leave out schema, state, final_state and
+reference_pose. Each keyframe then gives the poses of all objects, and the
+states follow from them:
+
+  "world": {"objects": {"cup": {"position": …, "quaternion": …}, …},
+            "hand": {"position": …, "quaternion": …},
+            "opening": metres}     before the motion to the keyframe
+  "final_world": the same          after the last keyframe
+
+All keys: `cargo doc --open`, situ_bench::demonstration_file.
+
 Examples:
   situ-bench learn tea-1.json tea-2.json --dot tea.dot
   situ-bench learn tea-1.json tea-2.json --correct lid.json --trace lid.csv
-  situ-bench learn tea-1.json --method rebuild --out tea.model.json"#;
+  situ-bench learn tea-1.json tea-2.json --out tea.model.json
+  situ-bench learn --model tea.model.json --correct lid.json --out tea.model.json
+  situ-bench learn tea-1.json --method rebuild --tree tea.xml"#;
 
 /// Builds a task model from demonstration files alone, without physics.
 #[derive(Args, Clone, Debug)]
 #[command(after_long_help = FORMAT)]
 pub struct Learn {
     /// Original demonstrations: the task from its start.
-    #[arg(required = true, value_name = "ORIGINAL.json")]
+    #[arg(required_unless_present = "model", value_name = "ORIGINAL.json")]
     pub originals: Vec<PathBuf>,
+    /// A model that `--out` wrote, in the place of originals: the corrections go on from there. `--out` may name the
+    /// same file.
+    #[arg(long, value_name = "MODEL.json", conflicts_with_all = ["originals", "method", "seed"])]
+    pub model: Option<PathBuf>,
     /// Corrective demonstrations, folded in one after another.
     #[arg(long, value_name = "CORRECTION.json", num_args = 1..)]
     pub correct: Vec<PathBuf>,
-    /// The method that keeps the task model up to date: see `situ-bench list methods`.
-    #[arg(long, default_value = "situ")]
-    pub method: String,
+    /// The method that keeps the task model up to date: see `situ-bench list methods`. `situ` where it is not given.
+    #[arg(long)]
+    pub method: Option<String>,
     /// Methods of one's own.
     #[command(flatten)]
     pub own: OwnMethods,
     /// Root seed of the method's random draws. Some methods draw Monte Carlo divergences; `situ` and `rebuild` draw
-    /// nothing.
-    #[arg(long, default_value_t = 0)]
-    pub seed: u64,
-    /// Writes the whole model here, as JSON.
+    /// nothing. 0 where it is not given.
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// Writes the whole model here, as JSON: for --model, and for `situ-bench ask`.
     #[arg(long, value_name = "MODEL.json")]
     pub out: Option<PathBuf>,
     /// Writes the automaton here, for Graphviz: one node for each primitive, besides START and END.
     #[arg(long, value_name = "FILE")]
     pub dot: Option<PathBuf>,
+    /// Writes the automaton here as a behaviour tree, in the XML of BehaviorTree.CPP 4.
+    #[arg(long, value_name = "FILE.xml")]
+    pub tree: Option<PathBuf>,
+    /// Leaves out what the originals say about the teacher: for that, a model is learned without each of them.
+    #[arg(long)]
+    pub without_diagnosis: bool,
     /// Writes the steps of each update here, one line for each.
     #[arg(long, value_name = "FILE.csv")]
     pub trace: Option<PathBuf>,
 }
 
-/// The effect of one correction.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Corrected {
-    /// The corrective demonstration's name.
-    pub name: String,
-    /// How the model changed.
-    pub difference: Difference,
-    /// The trace of the update.
-    pub trace: Trace,
-}
-
 /// A model that was learned from files, and its corrections.
 pub struct Learning {
     /// The model.
-    pub learned: Box<dyn Learned>,
-    /// Its structure.
-    pub graph: Graph,
+    pub kept: KeptModel,
     /// The corrections in order.
     pub corrections: Vec<Corrected>,
+    /// The model before them, where it was taught here.
+    pub taught: Option<Box<dyn Learned>>,
 }
 
-/// Teaches a method the originals, then folds the corrections in.
+/// Teaches a method the originals, then folds the corrections in. All files are checked before anything is learned.
 ///
 /// # Errors
 /// [`BenchError::Demonstration`] where the files do not go together; [`BenchError::Teach`]; [`BenchError::Learn`].
 pub fn learn(
-    method: &dyn Method,
+    method: Box<dyn Method>,
     originals: &[DemonstrationFile],
     corrections: &[DemonstrationFile],
     seed: u64,
 ) -> Result<Learning, BenchError> {
-    for (files, kind, word) in [(originals, Kind::Original, "original"), (corrections, Kind::Corrective, "corrective")]
-    {
-        if let Some(file) = files.iter().find(|file| file.demonstration.kind() != kind) {
-            return Err(file
-                .refuse("kind", format!("expected \"{word}\" here: corrections follow --correct, originals do not")));
+    check_kind(originals, Kind::Original)?;
+    check_kind(corrections, Kind::Corrective)?;
+    let mut earlier = Earlier::default();
+    for file in originals {
+        earlier.stop(file)?;
+    }
+    let stops = corrections.iter().map(|file| earlier.stop(file)).collect::<Result<Vec<_>, _>>()?;
+    let kept = KeptModel::teach(method, originals, seed)?;
+    let taught = Some(kept.learned.boxed());
+    Ok(Learning { taught, ..correct(kept, corrections, &stops)? })
+}
+
+fn check_kind(files: &[DemonstrationFile], kind: Kind) -> Result<(), BenchError> {
+    let word = if kind == Kind::Original { "original" } else { "corrective" };
+    match files.iter().find(|file| file.demonstration.kind() != kind) {
+        None => Ok(()),
+        Some(file) => {
+            let problem = format!("expected \"{word}\" here: corrections follow --correct, originals do not");
+            Err(file.refuse("kind", problem))
         }
     }
-    let files: Vec<DemonstrationFile> = originals.iter().chain(corrections).cloned().collect();
-    let stops = check_together(&files)?;
-    let Some(first) = originals.first() else {
-        return Err(BenchError::Argument("no original demonstration: expected at least one".to_owned()));
-    };
-    let refuse = |file: &DemonstrationFile, source| BenchError::Learn { path: file.path().to_owned(), source };
-    let demonstrations: Vec<_> = originals.iter().map(|file| file.demonstration.clone()).collect();
-    let teach = |source| BenchError::Teach { path: first.path().to_owned(), source };
-    let mut learned = method.teach(&first.schema, &demonstrations, seed).map_err(teach)?;
-    let mut corrected = Vec::with_capacity(corrections.len());
-    let mut before = learned.graph().map_err(teach)?;
-    for (file, stop) in corrections.iter().zip(&stops[originals.len()..]) {
-        let stop = stop.in_model(&before).map_err(|Unheld { key, .. }| {
-            let problem = format!("`{}` keeps no node that holds this segment", method.name());
-            file.refuse(&format!("{key}.segment"), problem)
-        })?;
-        let trace = learned.correct(stop.correction(&file.demonstration)).map_err(|source| refuse(file, source))?;
-        let after = learned.graph().map_err(|source| refuse(file, source))?;
-        let difference = edit::difference(&before, &after);
-        corrected.push(Corrected { name: file.demonstration.name().to_string(), difference, trace });
-        before = after;
-    }
-    Ok(Learning { learned, graph: before, corrections: corrected })
+}
+
+fn correct(mut kept: KeptModel, files: &[DemonstrationFile], stops: &[StopPoint]) -> Result<Learning, BenchError> {
+    let corrections = files.iter().zip(stops).map(|(file, stop)| kept.correct(file, stop)).collect::<Result<_, _>>()?;
+    Ok(Learning { kept, corrections, taught: None })
 }
 
 impl Learn {
@@ -149,52 +161,88 @@ impl Learn {
     /// Where a name or a file is wrong: nothing is written then. [`BenchError::Write`].
     pub fn run(&self) -> Result<String, BenchError> {
         let methods = self.own.known_alone()?;
-        let method = methods.named(&self.method)?;
         let read =
             |paths: &[PathBuf]| paths.iter().map(|path| DemonstrationFile::read(path)).collect::<Result<Vec<_>, _>>();
         let (originals, corrections) = (read(&self.originals)?, read(&self.correct)?);
-        let lesson = learn(&*method, &originals, &corrections, self.seed)?;
-        let name = originals[0].demonstration.name();
+        let lesson = match &self.model {
+            Some(path) => {
+                check_kind(&corrections, Kind::Corrective)?;
+                let kept = KeptModel::read(path, &methods)?;
+                let mut earlier = kept.earlier(path);
+                let stops = corrections.iter().map(|file| earlier.stop(file)).collect::<Result<Vec<_>, _>>()?;
+                correct(kept, &corrections, &stops)?
+            }
+            None => learn(methods.named(self.method())?, &originals, &corrections, self.seed.unwrap_or_default())?,
+        };
+        let outputs = self.outputs(&lesson);
+        let inputs: Vec<&Path> = self.originals.iter().chain(&self.correct).map(PathBuf::as_path).collect();
+        // A model may take the place of the one that was read.
+        let model = self.model.iter().filter(|model| self.out.as_ref() != Some(model)).map(PathBuf::as_path);
+        let inputs: Vec<&Path> = inputs.into_iter().chain(model).collect();
+        files::write_beside(&inputs, &outputs)?;
+        let mut text = read_line(&originals, &corrections);
+        text.push_str(&report(&lesson));
+        if let Some(taught) = lesson.taught.as_deref().filter(|_| !self.without_diagnosis) {
+            let diagnosis = Diagnosis::of(&*lesson.kept.method, &originals, taught, lesson.kept.seed);
+            let path = self.originals.first().cloned().unwrap_or_default();
+            text.push_str(&diagnosis.map_err(|source| BenchError::Teach { path, source })?.text());
+        }
+        Ok(text)
+    }
+
+    /// The method of a model that is taught.
+    fn method(&self) -> &str {
+        self.method.as_deref().unwrap_or("situ")
+    }
+
+    /// The files that were asked for, with their content.
+    fn outputs(&self, lesson: &Learning) -> Vec<(PathBuf, String)> {
         let mut outputs = Vec::new();
+        let (kept, command) = (&lesson.kept, self.command());
         if let Some(path) = &self.out {
-            outputs.push((path.clone(), self.model(&lesson)));
+            outputs.push((path.clone(), kept.render()));
         }
         if let Some(path) = &self.dot {
-            let dot = lesson.graph.to_dot(name);
-            outputs.push((path.clone(), format!("// Made by `{}`.\n{dot}", self.command())));
+            let name = kept.seen.first().map_or("", |seen| seen.name.as_str());
+            outputs.push((path.clone(), format!("// Made by `{command}`.\n{}", kept.graph.to_dot(name))));
+        }
+        if let Some(path) = &self.tree {
+            outputs.push((path.clone(), behaviour_tree::to_xml(&kept.graph, &format!("Made by `{command}`."))));
         }
         if let Some(path) = &self.trace {
             outputs.push((path.clone(), trace_csv(&lesson.corrections)));
         }
-        let inputs: Vec<&Path> = self.originals.iter().chain(&self.correct).map(PathBuf::as_path).collect();
-        files::write_beside(&inputs, &outputs)?;
-        Ok(report(&*method, &lesson))
+        outputs
     }
 
     /// The user's command, with every option.
     fn command(&self) -> String {
         let mut words = vec!["situ-bench learn".to_owned()];
         words.extend(self.originals.iter().map(|path| path.display().to_string()));
+        words.extend(self.model.iter().map(|path| format!("--model {}", path.display())));
         words.extend(self.correct.iter().map(|path| format!("--correct {}", path.display())));
         words.extend(self.own.methods.iter().map(|path| format!("--methods {}", path.display())));
-        words.push(format!("--method {} --seed {}", self.method, self.seed));
+        if self.model.is_none() {
+            words.push(format!("--method {} --seed {}", self.method(), self.seed.unwrap_or_default()));
+        }
         // A path may hold anything but a zero; the command stands on one line, in comments.
         one_line(&words.join(" "))
     }
-
-    fn model(&self, lesson: &Learning) -> String {
-        let model = serde_json::json!({
-            "made_by": self.command(),
-            "method": self.method,
-            "seed": self.seed,
-            "model": lesson.learned.to_json(),
-        });
-        format!("{model:#}\n")
-    }
 }
 
-fn report(method: &dyn Method, lesson: &Learning) -> String {
-    let graph = &lesson.graph;
+/// What was read, and in which version of the format.
+fn read_line(originals: &[DemonstrationFile], corrections: &[DemonstrationFile]) -> String {
+    let versions: BTreeSet<u32> = originals.iter().chain(corrections).map(|file| file.version).collect();
+    let versions: Vec<String> = versions.iter().map(u32::to_string).collect();
+    let format = match versions.is_empty() {
+        true => String::new(),
+        false => format!(", format version {}", versions.join(" and ")),
+    };
+    format!("read {} originals, {} corrections{format}\n", originals.len(), corrections.len())
+}
+
+fn report(lesson: &Learning) -> String {
+    let (graph, method) = (&lesson.kept.graph, &lesson.kept.method);
     let mut text = format!("method {}: {}\n", method.name(), method.summary());
     let _ = writeln!(text, "nodes {}", graph.nodes.len());
     for node in &graph.nodes {

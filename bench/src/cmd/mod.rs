@@ -1,5 +1,6 @@
 //! The program's verbs. Each has a file: its arguments, and what they do. Each returns the text that is to be printed.
 
+pub mod ask;
 pub mod check;
 pub mod cost;
 mod folder;

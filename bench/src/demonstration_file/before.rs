@@ -46,7 +46,7 @@ impl Before {
     }
 
     /// The primitives that it names, each with its key.
-    pub(super) fn named(&self) -> Vec<(String, &Instance)> {
+    pub(crate) fn named(&self) -> Vec<(String, &Instance)> {
         let after = self.after.iter().map(|instance| ("after".to_owned(), instance));
         let interrupted = self.interrupted.iter().map(|instance| ("interrupted".to_owned(), instance));
         let trail = self.trail.iter().enumerate();

@@ -171,20 +171,20 @@ impl Perceived {
             );
             return Err(mistake(format!("{key}.objects"), problem));
         }
-        let opening = world.opening;
-        match opening {
-            None if features.has_opening() => {
-                return Err(mistake(format!("{key}.opening"), "missing, expected metres between the fingers"));
-            }
-            Some(metres) if !(0.0..=FARTHEST).contains(&metres) => {
-                let problem = format!("{metres}, expected metres between the fingers, 0 or more");
-                return Err(mistake(format!("{key}.opening"), problem));
-            }
-            _ => {}
+        if world.opening.is_none() && features.has_opening() {
+            return Err(mistake(format!("{key}.opening"), "missing, expected metres between the fingers"));
         }
-        let each =
-            |(name, given): (&String, &FilePose)| Ok((name.clone(), pose(given, &format!("{key}.objects.{name}"))?));
-        let objects = world.objects.iter().map(each).collect::<Result<_, Mistake>>()?;
-        Ok(Poses { objects, hand: pose(&world.hand, &format!("{key}.hand"))?, opening })
+        poses_of(world, key)
     }
+}
+
+/// The poses of a world that stands under `key`.
+pub(crate) fn poses_of(world: &FileWorld, key: &str) -> Result<Poses, Mistake> {
+    if let Some(metres) = world.opening.filter(|metres| !(0.0..=FARTHEST).contains(metres)) {
+        let problem = format!("{metres}, expected metres between the fingers, 0 or more");
+        return Err(mistake(format!("{key}.opening"), problem));
+    }
+    let each = |(name, given): (&String, &FilePose)| Ok((name.clone(), pose(given, &format!("{key}.objects.{name}"))?));
+    let objects = world.objects.iter().map(each).collect::<Result<_, Mistake>>()?;
+    Ok(Poses { objects, hand: pose(&world.hand, &format!("{key}.hand"))?, opening: world.opening })
 }

@@ -31,6 +31,7 @@ use std::path::Path;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use situ::trace::Counters;
 
 use crate::error::BenchError;
 use crate::protocol::Protocol;
@@ -71,13 +72,13 @@ fn instructions_differ(before: u64, now: u64) -> bool {
 }
 
 /// The version that this program reads and writes.
-const SCHEMA: u64 = 1;
+pub(crate) const SCHEMA: u64 = 1;
 
-/// Reads a baseline; `schema` is the version that the file says it has.
+/// Reads the file of a baseline; `schema` gives the version that it says it has.
 ///
 /// # Errors
 /// [`BenchError::Read`]; [`BenchError::Malformed`] with the line where the file is no baseline of this version.
-fn read<T: DeserializeOwned>(path: &Path, schema: fn(&T) -> u64) -> Result<T, BenchError> {
+pub(crate) fn read<T: DeserializeOwned>(path: &Path, schema: fn(&T) -> u64) -> Result<T, BenchError> {
     let text = fs::read_to_string(path).map_err(|source| BenchError::Read { path: path.to_owned(), source })?;
     let refuse = |line, problem| BenchError::Malformed { path: path.to_owned(), line, problem };
     let baseline: T = serde_json::from_str(&text).map_err(|error| refuse(error.line(), error.to_string()))?;
@@ -88,7 +89,7 @@ fn read<T: DeserializeOwned>(path: &Path, schema: fn(&T) -> u64) -> Result<T, Be
 }
 
 /// The file's text.
-fn to_json(baseline: &impl Serialize) -> String {
+pub(crate) fn to_json(baseline: &impl Serialize) -> String {
     serde_json::to_string_pretty(baseline).expect("a baseline's numbers are finite and its keys are strings") + "\n"
 }
 
@@ -178,20 +179,23 @@ fn judge(before: &MeasuredUpdate, now: &MeasuredUpdate, counts_instructions: boo
     if before.cost.edit_made != now.cost.edit_made {
         return (Verdict::Incomparable, format!("it made {}, now {}", before.cost.edit_made, now.cost.edit_made));
     }
-    let mut changes: Vec<(&str, u64, u64)> = before
-        .cost
-        .counters
-        .named()
-        .into_iter()
-        .zip(now.cost.counters.named())
-        .map(|((name, before), (_, now))| (name, before, now))
-        .collect();
+    let mut changes = both(&before.cost.counters, &now.cost.counters);
     let instructions = before.instructions.zip(now.instructions).filter(|_| counts_instructions);
     if let Some((before, now)) = instructions
         && instructions_differ(before, now)
     {
         changes.push(("instructions", before, now));
     }
+    verdict(changes)
+}
+
+/// Each counter, before and now.
+pub fn both(before: &Counters, now: &Counters) -> Vec<(&'static str, u64, u64)> {
+    before.named().into_iter().zip(now.named()).map(|((name, before), (_, now))| (name, before, now)).collect()
+}
+
+/// The verdict on work that was counted before and now, and why.
+pub fn verdict(mut changes: Vec<(&str, u64, u64)>) -> (Verdict, String) {
     changes.retain(|(_, before, now)| before != now);
     let why =
         changes.iter().map(|(name, before, now)| format!("{name} {before} → {now}")).collect::<Vec<_>>().join(", ");

@@ -55,7 +55,8 @@ impl Restore for KeyframeLearner {
                 "expected finite numbers: {weights} weights, a centre and units of {features} features"
             ));
         }
-        if !read.units.iter().all(|(_, unit)| *unit > 0.0) || !(read.radius >= 0.0 && read.most >= 0.0) {
+        let least = read.units.iter().map(|(_, unit)| *unit).fold(f64::INFINITY, f64::min);
+        if least <= 0.0 || read.radius.is_nan() || read.radius < 0.0 || read.most.is_nan() || read.most < 0.0 {
             return Err("expected units above 0, and bounds of 0 or more".to_owned());
         }
         Ok(KeyframeClassifier { scales: self.shared_scales(), ..read })

@@ -10,10 +10,10 @@ use rand_chacha::ChaCha8Rng;
 use super::direct::{self, Direct, Rule};
 use super::rebuild::rebuild;
 use super::replay::{Later, replay};
-use super::{KEYFRAME_AUTOMATON, KeyframeAutomaton, Learned, Method, Original, Role};
+use super::{Calibrated, KEYFRAME_AUTOMATON, KeyframeAutomaton, Learned, Method, Original, Role};
 use crate::correction::{Correction, Oracle};
 use crate::decisions::{Background, Candidates, Decisions, Limit, Modify, Ways};
-use crate::demonstration::Demonstration;
+use crate::demonstration::{Demonstration, Kind};
 use crate::error::SituError;
 use crate::fold::fold;
 use crate::graph::Graph;
@@ -434,6 +434,16 @@ impl Learned for KeyframeTask {
         let node = self.model.node(node)?;
         let policy = &node.ways.get(way).unwrap_or_else(|| node.newest()).policy;
         Ok((policy.reference().clone(), policy.keyframes(execution, rng)))
+    }
+
+    fn calibrated(&self) -> Option<Calibrated> {
+        let cut = self.learner.parameters().cut;
+        let originals = self.model.histories().iter().filter(|history| history.kind == Kind::Original).count();
+        Some(Calibrated {
+            calibration: *self.model.calibration(),
+            bounds: [cut.least, cut.greatest],
+            is_of_one: originals < 2,
+        })
     }
 
     fn held_out(&self, demonstration: &Demonstration) -> Vec<(usize, Option<f64>)> {

@@ -8,11 +8,23 @@ use crate::correction::Correction;
 use crate::demonstration::Demonstration;
 use crate::error::SituError;
 use crate::graph::Graph;
+use crate::keyframe::learner::Calibration;
 use crate::keyframe::policy::Execution;
 use crate::place::{NodeId, Place};
 use crate::segment::RelativeKeyframe;
 use crate::state::State;
 use crate::trace::Trace;
+
+/// What was calibrated when the originals were taught (decisions D8 and D21).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Calibrated {
+    /// The height of the cut, nats per frame, and the scatter of the teacher.
+    pub calibration: Calibration,
+    /// What a cut is held to: the least and the greatest.
+    pub bounds: [f64; 2],
+    /// Whether there was a single original, so that the cut is that of the decision and nothing was measured.
+    pub is_of_one: bool,
+}
 
 /// A task model that a method keeps up to date, and that can be executed.
 ///
@@ -62,6 +74,11 @@ pub trait Learned: Send + Sync {
         execution: Execution,
         rng: &mut ChaCha8Rng,
     ) -> Result<(Arc<str>, Vec<RelativeKeyframe>), SituError>;
+
+    /// What was calibrated when the originals were taught; `None` where nothing was.
+    fn calibrated(&self) -> Option<Calibrated> {
+        None
+    }
 
     /// How well the primitives explain a demonstration that was held out: for each of its segments, as the method cuts
     /// it, the number of keyframes and their greatest log-likelihood under the policy of a primitive about the

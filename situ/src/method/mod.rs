@@ -16,7 +16,7 @@ pub mod refinement;
 pub mod replay;
 pub mod roster;
 
-pub use learned::Learned;
+pub use learned::{Calibrated, Learned};
 pub use original::{KEYFRAME_AUTOMATON, KeyframeAutomaton, Original};
 pub use roster::{all, named, pooled, standard};
 

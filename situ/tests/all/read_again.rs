@@ -75,9 +75,11 @@ fn a_model_that_is_read_is_the_model_that_was_written() {
             correct(&mut *at_once, &shown).unwrap();
             correct(&mut *in_parts, &shown).unwrap();
             let text = in_parts.to_json().to_string();
-            assert!(text == at_once.to_json().to_string(), "{name}, correction {draw}");
+            let of_one_go = at_once.to_json().to_string();
+            assert!(text == of_one_go, "{name}, correction {draw}");
             in_parts = read(&*method, &task, &text).unwrap();
-            assert!(in_parts.to_json().to_string() == text, "{name}, correction {draw}");
+            let again = in_parts.to_json().to_string();
+            assert!(again == text, "{name}, correction {draw}");
         }
     }
 }

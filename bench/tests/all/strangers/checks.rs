@@ -5,11 +5,14 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
+use serde_json::json;
 use situ::demonstration::Kind;
 use situ::method::{Method, named};
+use situ_bench::asked::answer;
 use situ_bench::cmd::learn::learn;
 use situ_bench::demonstration_file::{DemonstrationFile, render};
 use situ_bench::external::Methods;
+use situ_bench::kept_model::KeptModel;
 use situ_bench::ledger::{self, Canonical};
 use situ_bench::plan::{Filter, Plan};
 use situ_bench::protocol::Protocol;
@@ -26,8 +29,10 @@ const LONGEST_MESSAGE: usize = 3000;
 const FEW_RECORDS: usize = 5000;
 /// A demonstration of no more keyframes, features and choices is learned.
 const FEW_KEYFRAMES: usize = 12;
-const FEW_FEATURES: usize = 8;
+const FEW_FEATURES: usize = 20;
 const FEW_CHOICES: usize = 8;
+/// So many primitives of a model are executed.
+const FEW_NODES: usize = 4;
 /// Tables are made of so many records at most.
 const FEW_LINES: usize = 8;
 
@@ -130,14 +135,14 @@ pub fn demonstration(bytes: &[u8]) -> bool {
         return true;
     }
     let learning = match file.demonstration.kind() {
-        Kind::Original => learn(&*situ(), &[file], &[], 0),
-        Kind::Corrective => learn(&*situ(), originals(), &[file], 0),
+        Kind::Original => learn(situ(), &[file], &[], 0),
+        Kind::Corrective => learn(situ(), originals(), &[file], 0),
     };
     match learning {
         Ok(learning) => {
-            let dot = learning.learned.graph().unwrap().to_dot("a model");
+            let dot = learning.kept.learned.graph().unwrap().to_dot("a model");
             assert!(!dot.chars().any(|letter| letter.is_control() && letter != '\n'), "{dot:?}");
-            learning.learned.to_json();
+            learning.kept.learned.to_json();
         }
         Err(error) => {
             let message = error.to_string();
@@ -146,6 +151,42 @@ pub fn demonstration(bytes: &[u8]) -> bool {
         }
     }
     true
+}
+
+/// The file of a model. One that is accepted is written and read back as it was, and answers what it is asked.
+pub fn model(bytes: &[u8]) -> bool {
+    let Ok(text) = str::from_utf8(bytes) else { return false };
+    let read = |text: &str| KeptModel::parse(text, Path::new(FILE), &Methods::builtin());
+    let kept = match read(text) {
+        Ok(kept) => kept,
+        Err(error) => return refused(&error.to_string(), bytes),
+    };
+    let written = kept.render();
+    assert_eq!(read(&written).expect("what is written is read").render(), written);
+    let state = vec![0.5; kept.schema.len()];
+    let mut questions = vec![json!({"do": "graph"}), json!({"do": "next", "last": null, "state": state})];
+    for node in kept.graph.nodes.iter().take(FEW_NODES) {
+        let place = node.id.to_string();
+        questions.push(json!({"do": "next", "last": place, "state": state}));
+        questions.push(json!({"do": "keyframes", "place": place, "state": state, "execution": "sample"}));
+    }
+    for question in questions {
+        let answer = answer(&kept, &question.to_string());
+        let told: serde_json::Value = serde_json::from_str(&answer).expect("an answer is JSON");
+        assert_eq!(told.get("error"), None, "{question}");
+    }
+    true
+}
+
+/// A question to a model: any line gets one line of an answer.
+pub fn question(bytes: &[u8]) -> bool {
+    static KEPT: OnceLock<KeptModel> = OnceLock::new();
+    let Ok(text) = str::from_utf8(bytes) else { return false };
+    let kept = KEPT.get_or_init(|| KeptModel::teach(situ(), originals(), 0).expect("the example can be learned"));
+    let answer = answer(kept, text);
+    assert!(!answer.contains('\n'), "{answer:?}");
+    let told: serde_json::Value = serde_json::from_str(&answer).expect("an answer is JSON");
+    told.get("error").is_none()
 }
 
 /// A ledger. One that is accepted is written and read back as it was, and tables can be made of it.

@@ -16,8 +16,9 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use proptest::test_runner::{TestCaseResult, TestRunner};
-
+use situ::method::named;
 use situ_bench::demonstration_file::DemonstrationFile;
+use situ_bench::kept_model::KeptModel;
 use situ_bench::ledger;
 use situ_bench::protocol::Protocol;
 use situ_tasks::Task;
@@ -37,9 +38,10 @@ const PROTOCOLS: [&str; 3] = [
     include_str!("../../../protocols/cost.toml"),
     include_str!("../../../protocols/paper.toml"),
 ];
-const DEMONSTRATIONS: [&str; 2] = [
+const DEMONSTRATIONS: [&str; 3] = [
     include_str!("../../../examples/demonstrations/serve-1.json"),
     include_str!("../../../examples/demonstrations/lid-first.json"),
+    include_str!("../../../examples/poses/lid-first.json"),
 ];
 const TEACHERS: [&str; 1] = [include_str!("../../../../synth_teachers/src/profiles.toml")];
 /// The published ledger.
@@ -86,6 +88,34 @@ fn protocols() {
 #[test]
 fn demonstration_files() {
     survives(checks::demonstration, &DEMONSTRATIONS, CASES);
+}
+
+/// Questions to a model.
+const QUESTIONS: [&str; 3] = [
+    "{\"id\": 1, \"do\": \"next\", \"last\": null, \"state\": [0.45, 0.12, 0.0, 0.0, 1.0]}",
+    "{\"do\": \"keyframes\", \"place\": \"z1\", \"state\": [0, 0, 0, 0, 0], \"execution\": \"sample\", \"seed\": 3}",
+    "{\"do\": \"graph\"}",
+];
+
+#[test]
+fn model_files() {
+    let original = |text: &str| DemonstrationFile::parse(text.to_owned(), Path::new("file")).unwrap();
+    let texts = [DEMONSTRATIONS[0], include_str!("../../../examples/poses/serve-1.json")];
+    let models = texts.map(|text| KeptModel::teach(named("situ").unwrap(), &[original(text)], 0).unwrap().render());
+    survives(checks::model, &models.each_ref().map(String::as_str), CASES);
+}
+
+#[test]
+fn questions_to_a_model() {
+    for text in QUESTIONS {
+        assert!(checks::question(text.as_bytes()), "{text}");
+    }
+    let question = prop::sample::select(QUESTIONS.to_vec());
+    let mutations = prop::collection::vec(any::<(u8, prop::sample::Index, prop::sample::Index)>(), 1..=3);
+    holds((question, mutations), CASES, |(text, mutations)| {
+        let mutations = mutations.iter().map(|(kind, place, choice)| Mutation::of(*kind, *place, *choice));
+        checks::question(&mutations.fold((*text).to_owned(), |text, mutation| mutation.apply(&text)).into_bytes());
+    });
 }
 
 #[test]
@@ -156,7 +186,15 @@ fn any_bytes() {
     let bytes =
         prop_oneof![prop::collection::vec(any::<u8>(), 0..200), marks.prop_map(|marks| marks.concat().into_bytes()),];
     holds(bytes, CASES, |bytes| {
-        for check in [checks::task, checks::protocol, checks::demonstration, checks::ledger, checks::teachers] {
+        for check in [
+            checks::task,
+            checks::protocol,
+            checks::demonstration,
+            checks::ledger,
+            checks::teachers,
+            checks::model,
+            checks::question,
+        ] {
             check(bytes);
         }
     });

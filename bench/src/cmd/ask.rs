@@ -1,0 +1,86 @@
+//! `ask`: what a robot has to know of a task model that it executes.
+
+use std::io::{self, BufRead, Write};
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::asked::answer;
+use crate::cmd::library::OwnMethods;
+use crate::error::BenchError;
+use crate::kept_model::KeptModel;
+
+/// The end of the long help.
+const QUESTIONS: &str = r#"A question is one JSON object; so is its answer.
+
+  {"do": "next", "last": null, "state": [numbers]}
+      what may follow the place that ran last (null: nothing ran yet), the
+      likeliest first; "end" is the end of the task
+  {"do": "keyframes", "place": "z1", "state": [numbers]}
+      the reference object, and keyframes relative to it: position in metres,
+      quaternion as w, x, y, z, gripper, seconds of hold. May be left out:
+      "attempt" (how often the place has failed here: each asks for the next
+      way), "execution" ("mean" or "sample") and "seed"
+  {"do": "graph"}
+      places with the segments that they hold, and edges
+
+Where the demonstrations gave poses, "world" may stand in the place of "state",
+as in a demonstration file; keyframes then come with "in_world", too. An "id" is
+given back. A question that cannot be answered gets {"error": why}.
+
+Examples:
+  situ-bench ask tea.model.json '{"do": "graph"}'
+  situ-bench ask tea.model.json '{"do": "next", "last": null, "state": [0.5, 0]}'
+  robot | situ-bench ask tea.model.json      one question a line, as it runs"#;
+
+/// Answers what a robot asks of a task model that `learn --out` wrote.
+#[derive(Args, Clone, Debug)]
+#[command(after_long_help = QUESTIONS)]
+pub struct Ask {
+    /// The model.
+    #[arg(value_name = "MODEL.json")]
+    pub model: PathBuf,
+    /// Questions. Without any, each line of standard input is one, answered at once.
+    #[arg(value_name = "QUESTION")]
+    pub questions: Vec<String>,
+    /// Methods of one's own.
+    #[command(flatten)]
+    pub own: OwnMethods,
+}
+
+impl Ask {
+    /// Answers, and prints each answer as it comes.
+    ///
+    /// # Errors
+    /// As [`KeptModel::read`]; [`BenchError::Argument`] where a question of the command line has no answer;
+    /// [`BenchError::Read`], [`BenchError::Write`] for standard input and output.
+    pub fn run(&self) -> Result<String, BenchError> {
+        let methods = self.own.known_alone()?;
+        let kept = KeptModel::read(&self.model, &methods)?;
+        if !self.questions.is_empty() {
+            let answers: Vec<String> = self.questions.iter().map(|question| answer(&kept, question)).collect();
+            let is_error = |answer: &&String| {
+                serde_json::from_str::<serde_json::Value>(answer).is_ok_and(|answer| answer.get("error").is_some())
+            };
+            if let Some(error) = answers.iter().find(is_error) {
+                return Err(BenchError::Argument(format!("a question has no answer: {error}")));
+            }
+            return Ok(answers.join("\n") + "\n");
+        }
+        let mut output = io::stdout().lock();
+        for line in io::stdin().lock().lines() {
+            let line = line.map_err(|source| BenchError::Read { path: PathBuf::from("standard input"), source })?;
+            if line.trim().is_empty() {
+                continue;
+            }
+            let written = writeln!(output, "{}", answer(&kept, &line)).and_then(|()| output.flush());
+            match written {
+                Err(source) if source.kind() == io::ErrorKind::BrokenPipe => break,
+                written => {
+                    written.map_err(|source| BenchError::Write { path: PathBuf::from("standard output"), source })?;
+                }
+            }
+        }
+        Ok(String::new())
+    }
+}
