@@ -37,6 +37,7 @@ pub mod external;
 pub mod files;
 pub mod gate;
 pub mod held_out;
+pub mod import;
 mod json_lines;
 pub mod ledger;
 pub mod lesson;

@@ -3,6 +3,7 @@
 pub mod check;
 pub mod cost;
 mod folder;
+pub mod import;
 pub mod learn;
 pub mod library;
 pub mod list;
