@@ -76,6 +76,13 @@ struct Episode {
     closed: Vec<bool>,
 }
 
+impl Episode {
+    /// Whether a person intervened.
+    fn is_led(&self) -> bool {
+        self.take.frames.iter().any(|frame| frame.intervention)
+    }
+}
+
 /// A demonstration and where the robot had stopped before it.
 struct Finished<'a> {
     drawn: Drawn<'a>,
@@ -182,7 +189,7 @@ fn check_names(all: &[Finished<'_>], mapping: &Mapping) -> Result<(), BenchError
 fn is_original(episode: &Episode, mapping: &Mapping) -> bool {
     let own = mapping.episode(&episode.take.label, None).and_then(|(_, keys)| keys.kind);
     let kind = own.or(mapping.keys.kind).unwrap_or(Kind::Original);
-    kind == Kind::Original && !episode.take.frames.iter().any(|frame| frame.intervention)
+    kind == Kind::Original && !episode.is_led()
 }
 
 /// The frames of each correction in an episode: each run of frames in which a person intervened; all of an episode in
@@ -224,13 +231,12 @@ fn correction<'a>(
     let label = &episode.take.label;
     let of_all = mapping.episode(label, None);
     let own = mapping.episode(label, Some(number + 1)).or(of_all);
-    let is_whole = !episode.take.frames.iter().any(|frame| frame.intervention);
     let given = of_all.and_then(|(_, keys)| keys.corrections.get(number).cloned());
     let given = given.or_else(|| own.and_then(|(_, keys)| keys.correction.and(keys.name.clone())));
     let name = match given {
         Some(name) => name,
-        None if is_whole => episode.name.clone(),
-        None => format!("{}-correction-{}", episode.name, number + 1),
+        None if episode.is_led() => format!("{}-correction-{}", episode.name, number + 1),
+        None => episode.name.clone(),
     };
     let mut drawn = drawn(episode, &name, Kind::Corrective, range.clone(), mapping)?;
     if let Some(said) = own.and_then(|(_, keys)| keys.carried_to_end) {
@@ -242,38 +248,33 @@ fn correction<'a>(
         None => originals.first(),
     };
     let at = own.map_or(key(&["follows"]), |(index, _)| key(&["episodes"]).index(index));
-    let said = said(own.map(|(_, keys)| keys));
-    let Some(name) = follows.cloned().or(followed.map(|original| original.drawn.name.clone())) else {
+    let Some(follows) = follows.cloned().or(followed.map(|original| original.drawn.name.clone())) else {
         let problem = format!("`{name}` corrects an attempt: expected `follows`, the name of the original it followed");
         return Err(mapping.refuse(&at, problem));
     };
-    let stop = match (followed, said) {
-        (_, (Some(after), Some(interrupted))) => Reached { after, interrupted },
-        (_, (Some(after), None)) if is_whole => Reached { after, interrupted: None },
-        (_, _) if is_whole => {
+    let Reached { after, interrupted } = match (said(own.map(|(_, keys)| keys)), followed) {
+        ((Some(after), Some(interrupted)), _) => Reached { after, interrupted },
+        ((Some(after), None), _) if !episode.is_led() => Reached { after, interrupted: None },
+        (_, _) if !episode.is_led() => {
             let problem = format!("all of episode `{label}` is a correction: expected `after` in its `[[episodes]]`");
             return Err(mapping.refuse(&at, problem));
         }
-        (None, _) => {
-            let problem = format!("no original `{name}` is in this import: expected `after` and `interrupted` as well");
+        (_, None) => {
+            let problem = format!("no original `{follows}` is in this import: expected `after` and `interrupted`");
             return Err(mapping.refuse(&at, problem));
         }
-        (Some(original), (after, interrupted)) => {
+        ((after, interrupted), Some(original)) => {
             let found = along(episode, range.start, original, mapping);
             Reached { after: after.unwrap_or(found.after), interrupted: interrupted.unwrap_or(found.interrupted) }
         }
     };
-    if let Some(original) = followed {
-        let segments = original.drawn.segments().len();
-        let last = stop.after.max(stop.interrupted);
-        if last.is_some_and(|index| index as usize >= segments) {
-            return Err(
-                mapping.refuse(&at, format!("`{name}` has {segments} segments: expected 0 to {}", segments - 1))
-            );
-        }
+    let segments = followed.map_or(usize::MAX, |original| original.drawn.segments().len());
+    if after.max(interrupted).is_some_and(|index| index as usize >= segments) {
+        let problem = format!("`{follows}` has {segments} segments: expected 0 to {}", segments - 1);
+        return Err(mapping.refuse(&at, problem));
     }
-    let instance = |segment| Instance { demonstration: name.clone(), segment };
-    Ok(Finished { drawn, after: stop.after.map(instance), interrupted: stop.interrupted.map(instance) })
+    let instance = |segment| Instance { demonstration: follows.clone(), segment };
+    Ok(Finished { drawn, after: after.map(instance), interrupted: interrupted.map(instance) })
 }
 
 /// What the mapping says of the stop: of each part nothing, or a segment, or none.

@@ -10,7 +10,7 @@
 //!
 //! How to add a method, a task, a teacher or a table: [`extending`]; a method in another language: [`methods_page`],
 //! [`external`]. A task from nothing, step by step: [`tutorial`].
-//! All keys of a task file: [`task_files`].
+//! All keys of a task file: [`task_files`]. Recordings of one's own robot: [`import_page`], [`mod@import`], [`mod@export`].
 
 pub mod archive;
 pub mod calibration;
@@ -33,11 +33,14 @@ pub mod executor;
 #[doc = include_str!("../examples/method.rs")]
 #[doc = "```"]
 pub mod extending {}
+pub mod export;
 pub mod external;
 pub mod files;
 pub mod gate;
 pub mod held_out;
 pub mod import;
+#[doc = include_str!("../docs/import.md")]
+pub mod import_page {}
 mod json_lines;
 pub mod ledger;
 pub mod lesson;

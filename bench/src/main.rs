@@ -10,8 +10,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use situ_bench::cmd::{
-    check::Check, cost::Cost, import::Import, learn::Learn, list::List, merge::Merge, run::Run, say, show::Show,
-    supersede::Supersede, tables::Tables,
+    check::Check, cost::Cost, export::Export, import::Import, learn::Learn, list::List, merge::Merge, run::Run, say,
+    show::Show, supersede::Supersede, tables::Tables,
 };
 use situ_bench::error::BenchError;
 
@@ -49,6 +49,7 @@ enum Verb {
     Tables(Tables),
     Learn(Learn),
     Import(Import),
+    Export(Export),
     Show(Show),
     Supersede(Supersede),
 }
@@ -72,6 +73,7 @@ fn main() -> ExitCode {
             print(&printed.text)
         }),
         Verb::Learn(learn) => learn.run().and_then(|text| print(&text)),
+        Verb::Export(export) => export.run().and_then(|text| print(&text)),
         Verb::Import(import) => import.run().and_then(|text| print(&text)),
         Verb::Show(show) => show.run().and_then(|text| print(&text)),
         Verb::Supersede(supersede) => supersede.run().and_then(|text| print(&text)),

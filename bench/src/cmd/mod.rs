@@ -2,6 +2,7 @@
 
 pub mod check;
 pub mod cost;
+pub mod export;
 mod folder;
 pub mod import;
 pub mod learn;

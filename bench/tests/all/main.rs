@@ -6,6 +6,7 @@ mod cost;
 mod dependencies;
 mod external;
 mod house;
+mod import;
 mod learn;
 mod outputs;
 mod provenance;

@@ -42,6 +42,8 @@ const DEMONSTRATIONS: [&str; 2] = [
     include_str!("../../../examples/demonstrations/lid-first.json"),
 ];
 const TEACHERS: [&str; 1] = [include_str!("../../../../synth_teachers/src/profiles.toml")];
+const RECORDINGS: [&str; 2] =
+    [include_str!("../../../examples/recording/saucer.csv"), include_str!("../../../examples/recording/saucer.toml")];
 /// The published ledger.
 const LEDGER: &str = include_str!("../../../../results/quick/ledger.jsonl");
 /// Every so many lines of the published ledger make a small one.
@@ -91,6 +93,11 @@ fn demonstration_files() {
 #[test]
 fn teacher_files() {
     survives(checks::teachers, &TEACHERS, CASES);
+}
+
+#[test]
+fn recordings_and_their_mappings() {
+    survives(checks::recording, &RECORDINGS, CASES);
 }
 
 #[test]
@@ -156,7 +163,9 @@ fn any_bytes() {
     let bytes =
         prop_oneof![prop::collection::vec(any::<u8>(), 0..200), marks.prop_map(|marks| marks.concat().into_bytes()),];
     holds(bytes, CASES, |bytes| {
-        for check in [checks::task, checks::protocol, checks::demonstration, checks::ledger, checks::teachers] {
+        for check in
+            [checks::task, checks::protocol, checks::demonstration, checks::ledger, checks::teachers, checks::recording]
+        {
             check(bytes);
         }
     });
