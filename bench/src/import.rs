@@ -105,7 +105,7 @@ fn demonstrations(sheets: &[Sheet], mapping: &Mapping) -> Result<Imported, Bench
     check_episodes(&episodes, mapping)?;
     let mut originals = Vec::new();
     for episode in episodes.iter().filter(|episode| is_original(episode, mapping)) {
-        let drawn = drawn(episode, &episode.name, Kind::Original, 0..episode.closed.len(), mapping)?;
+        let drawn = draw(episode, &episode.name, Kind::Original, 0..episode.closed.len(), mapping)?;
         originals.push(Finished { drawn, after: None, interrupted: None });
     }
     let mut corrections = Vec::new();
@@ -206,7 +206,7 @@ fn correction_ranges(episode: &Episode) -> Vec<Range<usize>> {
     if ranges.is_empty() { vec![0..frames.len()] } else { ranges }
 }
 
-fn drawn<'a>(
+fn draw<'a>(
     episode: &'a Episode,
     name: &str,
     kind: Kind,
@@ -238,7 +238,7 @@ fn correction<'a>(
         None if episode.is_led() => format!("{}-correction-{}", episode.name, number + 1),
         None => episode.name.clone(),
     };
-    let mut drawn = drawn(episode, &name, Kind::Corrective, range.clone(), mapping)?;
+    let mut drawn = draw(episode, &name, Kind::Corrective, range.clone(), mapping)?;
     if let Some(said) = own.and_then(|(_, keys)| keys.carried_to_end) {
         drawn.carried_to_end = said;
     }

@@ -10,7 +10,8 @@
 //!
 //! How to add a method, a task, a teacher or a table: [`extending`]; a method in another language: [`methods_page`],
 //! [`external`]. A task from nothing, step by step: [`tutorial`].
-//! All keys of a task file: [`task_files`]. Recordings of one's own robot: [`import_page`], [`mod@import`], [`mod@export`].
+//! All keys of a task file: [`task_files`]. Recordings of one's own robot: [`import_page`], [`mod@import`],
+//! [`mod@export`].
 
 pub mod archive;
 pub mod calibration;

@@ -39,7 +39,7 @@ pub struct Export {
     pub correct: Vec<PathBuf>,
     /// What to write.
     #[arg(long, value_enum)]
-    pub format: Format,
+    pub format: RecordingFormat,
     /// The file (mcap), or the new folder (lerobot).
     #[arg(long, value_name = "PATH")]
     pub out: PathBuf,
@@ -53,7 +53,7 @@ pub struct Export {
 
 /// A kind of recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Format {
+pub enum RecordingFormat {
     /// An MCAP file with Foxglove's schemas, as JSON.
     Mcap,
     /// A LeRobot dataset of version 3.
@@ -81,13 +81,13 @@ impl Export {
         }
         check_together(&demonstrations)?;
         let Exported { files: mut outputs, mapping, report } = match self.format {
-            Format::Mcap => mcap(&demonstrations, &self.out)?,
-            Format::Lerobot => lerobot(&demonstrations, &self.task, &self.out)?,
+            RecordingFormat::Mcap => mcap(&demonstrations, &self.out)?,
+            RecordingFormat::Lerobot => lerobot(&demonstrations, &self.task, &self.out)?,
         };
         if let Some(path) = &self.mapping {
             outputs.push((path.clone(), mapping.into_bytes()));
         }
-        let is_folder = self.format == Format::Lerobot;
+        let is_folder = self.format == RecordingFormat::Lerobot;
         if is_folder && self.out.exists() {
             let problem = format!("{}: is there already, expected the name of a new folder", self.out.display());
             return Err(BenchError::Argument(problem));

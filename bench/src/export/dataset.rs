@@ -102,6 +102,8 @@ fn features(timeline: &Timeline<'_>, episodes: &[&[ExportedFrame<'_>]], from: us
     let mut features = rows.motion();
     features.extend(rows.keyframes());
     features.extend(rows.places());
+    // As the keys of a JSON file stand, so that all files have one order.
+    features.sort_by_key(|feature| feature.name);
     features
 }
 

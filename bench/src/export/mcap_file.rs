@@ -1,7 +1,7 @@
 //! Demonstrations as an MCAP file of JSON messages with Foxglove's schemas, one after another.
 //!
-//! `/gripper` is a `foxglove.PoseInFrame`, `/objects` are `foxglove.FrameTransforms`, and `/demonstration` says in our own
-//! words what is being done: the demonstration, the keyframe, the reference object, the command to the gripper.
+//! `/gripper` is a `foxglove.PoseInFrame`, `/objects` are `foxglove.FrameTransforms`, and `/demonstration` says in our
+//! own words what is being done: the demonstration, the keyframe, the reference object, the command to the gripper.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;

@@ -2,8 +2,8 @@
 //!
 //! The attempt is a rollout of a policy and no demonstration, so its own segments have no names. A segment of the
 //! original counts as completed at the first moment after the one before at which the gripper is where that segment
-//! ends, seen from its object as it stood when the segment began, and as closed or open as there. What was not completed
-//! when the person took over is what was under way, if the gripper had moved since.
+//! ends, seen from its object as it stood when the segment began, and as closed or open as there. What was not
+//! completed when the person took over is what was under way, if the gripper had moved since.
 
 use crate::import::drawn::SegmentEnd;
 use crate::import::frames::Frame;

@@ -8,7 +8,8 @@ use crate::import::sheet::{Cells, MOST_ROWS, Sheet};
 /// The most columns of a file.
 const MOST_COLUMNS: usize = 10_000;
 
-/// The sheet of a CSV file: a row of names, then a row for each frame, all of one length. A byte-order mark is left out.
+/// The sheet of a CSV file: a row of names, then a row for each frame, all of one length. A byte-order mark is left
+/// out.
 ///
 /// # Errors
 /// [`BenchError::Recording`] with the line.

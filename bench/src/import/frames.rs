@@ -55,7 +55,11 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn missing(&self, name: &str, at: &KeyPath) -> BenchError {
-        let (path, known) = (self.sheet.path().display(), self.sheet.names().join(", "));
+        let mut known = self.sheet.names();
+        // A long list is cut, so what begins alike comes first.
+        let alike = |other: &&str| other.chars().zip(name.chars()).take_while(|(one, other)| one == other).count();
+        known.sort_by_key(|other| std::cmp::Reverse(alike(other)));
+        let (path, known) = (self.sheet.path().display(), known.join(", "));
         self.mapping.refuse(at, format!("no column `{name}` in {path}: expected one of {known}"))
     }
 

@@ -1,9 +1,9 @@
 //! A LeRobot dataset, version 3, as a sheet.
 //!
 //! Its layout is that of the package `lerobot`: `meta/info.json`, and the frames of all episodes in
-//! `data/chunk-…/file-….parquet`. A vector such as `observation.state` becomes a column for each of its elements, called
-//! `observation.state[0]`, and by its name where the dataset names it: `observation.state.x`. `task` is what the
-//! dataset says of a frame's task in words. Images and videos are not read.
+//! `data/chunk-…/file-….parquet`. A vector such as `observation.state` becomes a column for each of its elements,
+//! called `observation.state[0]`, and by its name where the dataset names it: `observation.state.x`. `task` is what
+//! the dataset says of a frame's task in words. Images and videos are not read.
 
 use std::fs;
 use std::path::{Path, PathBuf};

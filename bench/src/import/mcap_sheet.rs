@@ -1,14 +1,15 @@
 //! An MCAP file as a sheet: what the topics last said whenever the gripper's pose is told.
 //!
 //! Messages are JSON, with the fields of Foxglove's schemas: a pose is a `PoseInFrame`, one of `PosesInFrame`, or a
-//! `FrameTransform` alone or among `FrameTransforms`. Other encodings (protobuf, ROS, CDR, FlatBuffers) are refused. The
-//! time is the log time. A topic that has not said anything yet is taken to say what it says first; marks and the like
-//! are 0 until they are told.
+//! `FrameTransform` alone or among `FrameTransforms`. Other encodings (protobuf, ROS, CDR, FlatBuffers) are refused.
+//! The time is the log time. A topic that has not said anything yet is taken to say what it says first; marks and the
+//! like are 0 until they are told.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use mcap::MessageStream;
+use mcap::io::MessageReader;
+use mcap::sans_io::LinearReaderOptions;
 use serde_json::Value;
 
 use crate::error::BenchError;
@@ -18,6 +19,8 @@ use crate::import::sheet::{Cells, MOST_ROWS, Sheet, Usual};
 /// The column of the time, seconds since the first row.
 const TIME: &str = "log_time";
 const NANOSECONDS: f64 = 1e9;
+/// The most bytes of a record. Without it the memory for a damaged length would be asked for.
+const LONGEST_RECORD: usize = 256 << 20;
 /// The one encoding of messages that is read.
 const ENCODING: &str = "json";
 
@@ -50,9 +53,8 @@ pub(super) fn read(bytes: &[u8], path: &Path, mapping: &Mapping) -> Result<Sheet
     let topics = topics(bytes, path)?;
     let mut all = wanted(&topics, mapping);
     let mut worlds: BTreeSet<String> = BTreeSet::new();
-    let stream = MessageStream::new(bytes).map_err(|error| refuse(path, error.to_string()))?;
     let mut messages = 0;
-    for message in stream {
+    for message in stream(bytes) {
         let message = message.map_err(|error| refuse(path, error.to_string()))?;
         let topic = &message.channel.topic;
         let mut of_topic = all.iter_mut().filter(|said| said.topic == *topic).peekable();
@@ -84,11 +86,16 @@ pub(super) fn read(bytes: &[u8], path: &Path, mapping: &Mapping) -> Result<Sheet
     sheet(&all, topics, path, mapping)
 }
 
+/// The messages of a file in order.
+fn stream(bytes: &[u8]) -> MessageReader<&[u8]> {
+    let options = LinearReaderOptions::default().with_record_length_limit(LONGEST_RECORD);
+    MessageReader::new_with_options(bytes, options)
+}
+
 /// The topics of a file in order of their names.
 fn topics(bytes: &[u8], path: &Path) -> Result<Vec<String>, BenchError> {
-    let stream = MessageStream::new(bytes).map_err(|error| refuse(path, error.to_string()))?;
     let mut topics = BTreeSet::new();
-    for message in stream {
+    for message in stream(bytes) {
         let message = message.map_err(|error| refuse(path, error.to_string()))?;
         if !topics.contains(&message.channel.topic) {
             topics.insert(message.channel.topic.clone());

@@ -245,10 +245,10 @@ fn every_mistake_of_a_recording_has_a_row_and_a_column() {
         refusal(&lines.collect::<String>(), MAPPING)
     };
     for (message, expected) in [
-        (line(3, "0.4000", "nan"), "saucer.csv: line 3, column `x`: `nan`: expected a finite number"),
-        (line(3, "0.4000", "inf"), "line 3, column `x`: `inf`"),
-        (line(3, "0.4000", ""), "line 3, column `x`: ``"),
-        (line(3, "0.4000", "1e9"), "line 3, column `x`: expected at most 1000000 metres"),
+        (line(2, "0.4000", "nan"), "saucer.csv: line 2, column `x`: `nan`: expected a finite number"),
+        (line(2, "0.4000", "inf"), "line 2, column `x`: `inf`"),
+        (line(2, "0.4000", ""), "line 2, column `x`: ``"),
+        (line(2, "0.4000", "1e9"), "line 2, column `x`: expected at most 1000000 metres"),
         (line(4, "0,0.2", "0,0.0"), "line 4, column `t`: 0 after 0.1"),
         (line(5, ",0.0000", ",0.0000,1"), "line 5: 18 cells: expected 17"),
         (line(62, "1,", "0,"), "line 62, column `t`: 0 after 5.9"),
