@@ -203,7 +203,10 @@ fn correction_ranges(episode: &Episode) -> Vec<Range<usize>> {
             None => ranges.push(index..index + 1),
         }
     }
-    if ranges.is_empty() { vec![0..frames.len()] } else { ranges }
+    if ranges.is_empty() {
+        ranges.push(0..frames.len());
+    }
+    ranges
 }
 
 fn draw<'a>(

@@ -47,6 +47,12 @@ pub(super) struct Take {
     pub(super) frames: Vec<Frame>,
 }
 
+/// What is known of the gripper in each row.
+struct Openings {
+    measured: Option<Vec<f64>>,
+    commands: Option<Vec<Gripper>>,
+}
+
 /// Reads the columns that a mapping names.
 struct Reader<'a> {
     sheet: &'a Sheet,
@@ -211,7 +217,7 @@ impl Reader<'_> {
     }
 
     /// The opening of each row, and the command to the gripper.
-    fn openings(&self) -> Result<(Option<Vec<f64>>, Option<Vec<Gripper>>), BenchError> {
+    fn openings(&self) -> Result<Openings, BenchError> {
         let OpeningKeys { column, command, command_kind, unit, closed, open, .. } = &self.mapping.keys.opening;
         let (closed, open) = (closed.unwrap_or(0.0), open.unwrap_or(1.0));
         let scaled = |value: f64| match unit.length() {
@@ -236,7 +242,7 @@ impl Reader<'_> {
             }
             (None, _) => None,
         };
-        Ok((opening, commands))
+        Ok(Openings { measured: opening, commands })
     }
 
     fn command(&self, row: usize, value: f64, kind: &str, name: &str) -> Result<Gripper, BenchError> {
@@ -277,7 +283,7 @@ impl Reader<'_> {
         let objects = keys.objects.iter().map(|(name, pose)| self.poses(pose, &key(&["objects", name])));
         let objects = objects.collect::<Result<Vec<_>, _>>()?;
         let seconds = self.seconds()?;
-        let (openings, commands) = self.openings()?;
+        let Openings { measured: openings, commands } = self.openings()?;
         let columns = &keys.columns;
         let intervention = columns.intervention.as_deref().or(self.sheet.usual().intervention);
         let marks = self.flags(columns.mark.as_deref(), "mark")?;

@@ -467,7 +467,7 @@ impl Mapping {
         self.check_number(&at("force"), *force, 0.0..=FARTHEST, "newtons of 0 or more")?;
         let (closed, open) = (closed.unwrap_or(0.0), open.unwrap_or(1.0));
         let span = (open - closed).abs();
-        if span < SMALLEST || span > FARTHEST {
+        if !(SMALLEST..=FARTHEST).contains(&span) {
             return Err(self.refuse(&at("open"), "expected another number than `closed`, and not too far from it"));
         }
         if unit.length().is_some() && (self.keys.opening.closed.is_some() || self.keys.opening.open.is_some()) {
