@@ -11,7 +11,9 @@ mod mcap_file;
 mod parquet_file;
 #[cfg(feature = "lerobot")]
 mod statistics;
+#[cfg_attr(not(all(feature = "lerobot", feature = "mcap")), allow(dead_code, reason = "each format uses some of it"))]
 mod timeline;
+#[cfg_attr(not(all(feature = "lerobot", feature = "mcap")), allow(dead_code, reason = "each format uses some of it"))]
 mod written_mapping;
 
 use std::path::{Path, PathBuf};

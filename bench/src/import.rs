@@ -11,6 +11,7 @@ mod frames;
 mod keyframes;
 #[cfg(feature = "lerobot")]
 mod lerobot_sheet;
+#[cfg_attr(not(all(feature = "lerobot", feature = "mcap")), allow(dead_code, reason = "each format uses some of it"))]
 mod mapping;
 #[cfg(feature = "mcap")]
 mod mcap_sheet;
@@ -20,6 +21,7 @@ mod polyline;
 mod recording;
 mod references;
 mod report;
+#[cfg_attr(not(all(feature = "lerobot", feature = "mcap")), allow(dead_code, reason = "each format uses some of it"))]
 mod sheet;
 mod written;
 

@@ -4,6 +4,7 @@
 `pandas`, `datasets` and `lerobot` are used where they are installed, and a test that lacks one says so.
 """
 
+import csv
 import json
 import os
 import pathlib
@@ -33,6 +34,149 @@ def export(kind: str, out: pathlib.Path) -> None:
     if "unrecognized subcommand" in done.stderr:
         pytest.skip("skipped: the program that is built knows no export yet")
     assert done.returncode == 0, done.stderr
+
+
+def imported(recording: pathlib.Path, mapping: str, folder: pathlib.Path) -> list[dict]:
+    """The demonstrations of a recording, in order of their names."""
+    (folder / "map.toml").write_text(mapping)
+    words = [program(), "import", str(recording), "--mapping", str(folder / "map.toml"), "--out", str(folder / "shown")]
+    done = subprocess.run(words, capture_output=True, text=True)
+    if "unrecognized subcommand" in done.stderr:
+        pytest.skip("skipped: the program that is built knows no import yet")
+    assert done.returncode == 0, done.stderr
+    return [json.loads(path.read_text()) for path in sorted((folder / "shown").iterdir())]
+
+
+def from_csv(folder: pathlib.Path) -> list[dict]:
+    folder.mkdir()
+    return imported(RECORDING / "saucer.csv", (RECORDING / "saucer.toml").read_text(), folder)
+
+
+def rows() -> list[dict]:
+    with open(RECORDING / "saucer.csv", newline="") as file:
+        return [{name: float(cell) for name, cell in row.items()} for row in csv.DictReader(file)]
+
+
+def numbers(value) -> list[float]:
+    """All numbers in a value of JSON, in its order."""
+    if isinstance(value, dict):
+        return [number for part in value.values() for number in numbers(part)]
+    if isinstance(value, list):
+        return [number for part in value for number in numbers(part)]
+    return [float(value)] if isinstance(value, (int, float)) else []
+
+
+def assert_same(one: list[dict], other: list[dict], slack: float) -> None:
+    assert [demonstration["name"] for demonstration in one] == [demonstration["name"] for demonstration in other]
+    for first, second in zip(one, other):
+        for key in ("kind", "after", "carried_to_end", "half_turn"):
+            assert first[key] == second[key], key
+        references = [[keyframe["reference"] for keyframe in shown["keyframes"]] for shown in (first, second)]
+        assert references[0] == references[1]
+        assert numbers(first["keyframes"]) == pytest.approx(numbers(second["keyframes"]), abs=slack)
+        assert numbers(first["final"]) == pytest.approx(numbers(second["final"]), abs=slack)
+
+
+def test_a_dataset_that_another_program_wrote_gives_the_same_as_the_csv(tmp_path: pathlib.Path) -> None:
+    arrow = pytest.importorskip("pyarrow", reason="skipped: the package pyarrow is not installed")
+    parquet = pytest.importorskip("pyarrow.parquet", reason="skipped: the package pyarrow is not installed")
+    hand, things = ["x", "y", "z", "qw", "qx", "qy", "qz", "width"], ["cup_x", "cup_y", "cup_z", "saucer_x", "saucer_y", "saucer_z"]
+    root, recorded = tmp_path / "dataset", rows()
+    (root / "meta").mkdir(parents=True)
+    (root / "data/chunk-000").mkdir(parents=True)
+    features = {"observation.state": {"dtype": "float32", "shape": [8], "names": {"motors": hand}}}
+    (root / "meta/info.json").write_text(json.dumps({"codebase_version": "v3.0", "features": features}))
+
+    def table(part: list[dict]):
+        vector = lambda names, kind: arrow.array([[row[name] for name in names] for row in part], kind)
+        return arrow.table(
+            {
+                "observation.state": vector(hand, arrow.list_(arrow.float32(), 8)),
+                "things": vector(things, arrow.list_(arrow.float64())),
+                "intervention": arrow.array([row["human"] > 0 for row in part]),
+                "timestamp": arrow.array([row["t"] for row in part], arrow.float32()),
+                "episode_index": arrow.array([int(row["episode"]) for row in part], arrow.int64()),
+                "image": arrow.array([{"bytes": b"none", "path": "none"} for _ in part]),
+            }
+        )
+
+    # Two files, of which the first has several groups of rows.
+    for number, part in enumerate((recorded[:130], recorded[130:])):
+        path = root / f"data/chunk-000/file-{number:03d}.parquet"
+        parquet.write_table(table(part), path, row_group_size=50, compression=("snappy", "zstd")[number])
+    state = lambda names: json.dumps([f"observation.state.{name}" for name in names])
+    thing = lambda first: json.dumps([f"things[{index}]" for index in range(first, first + 3)])
+    mapping = f"""
+name = "saucer"
+half_turn = "z"
+quaternion_order = "wxyz"
+[gripper]
+position = {state(hand[:3])}
+quaternion = {state(hand[3:7])}
+[opening]
+column = "observation.state.width"
+unit = "m"
+close_below = 0.065
+open_above = 0.075
+force = 20.0
+[objects]
+cup = {{position = {thing(0)}, orientation = "none"}}
+saucer = {{position = {thing(3)}, orientation = "none"}}
+"""
+    assert_same(imported(root, mapping, tmp_path), from_csv(tmp_path / "csv"), 1e-4)
+
+
+def test_an_mcap_file_that_another_program_wrote_gives_the_same_as_the_csv(tmp_path: pathlib.Path) -> None:
+    writing = pytest.importorskip("mcap.writer", reason="skipped: the package mcap is not installed")
+    schema = json.dumps({"type": "object"}).encode()
+    for number in range(3):
+        with open(tmp_path / f"{number}.mcap", "wb") as stream:
+            writer = writing.Writer(stream)
+            writer.start()
+
+            def topic(name: str, of: str) -> int:
+                return writer.register_channel(name, "json", writer.register_schema(of, "jsonschema", schema))
+
+            hand, things = topic("/hand", "foxglove.PoseInFrame"), topic("/things", "foxglove.PosesInFrame")
+            arm = topic("/arm", "own.Arm")
+            for row in [row for row in rows() if row["episode"] == number]:
+                time = round(row["t"] * 1e9)
+                vector = lambda name: {axis: row[f"{name}{axis}"] for axis in "xyz"}
+                turned = {part: row[f"q{part}"] for part in "wxyz"}
+                still = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
+                poses = [{"position": vector(f"{name}_"), "orientation": still} for name in ("cup", "saucer")]
+                pose = {"position": vector(""), "orientation": turned}
+                for channel, message in (
+                    (hand, {"frame_id": "base", "pose": pose}),
+                    (things, {"frame_id": "base", "poses": poses}),
+                    (arm, {"fingers": [{"width": row["width"]}], "human": row["human"] > 0}),
+                ):
+                    writer.add_message(channel, time, json.dumps(message).encode(), time)
+            writer.finish()
+    mapping = """
+name = "saucer"
+half_turn = "z"
+[columns]
+intervention = "/arm.human"
+[gripper]
+topic = "/hand"
+[opening]
+column = "/arm.fingers.0.width"
+unit = "m"
+close_below = 0.065
+open_above = 0.075
+force = 20.0
+[objects]
+cup = {topic = "/things", index = 0}
+saucer = {topic = "/things", index = 1}
+"""
+    (tmp_path / "map.toml").write_text(mapping)
+    recordings = [str(tmp_path / f"{number}.mcap") for number in range(3)]
+    words = [program(), "import", *recordings, "--mapping", str(tmp_path / "map.toml"), "--out", str(tmp_path / "shown")]
+    done = subprocess.run(words, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    shown = [json.loads(path.read_text()) for path in sorted((tmp_path / "shown").iterdir())]
+    assert_same(shown, from_csv(tmp_path / "csv"), 1e-9)
 
 
 def keyframes(name: str) -> list[dict]:
