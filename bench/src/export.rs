@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 
 use crate::demonstration_file::DemonstrationFile;
 use crate::error::BenchError;
-use timeline::{Timeline, timeline};
+use timeline::{ExportedEpisode, Timeline, timeline};
 use written_mapping::Names;
 
 pub use timeline::{RATE, SPEED, TURN};
@@ -49,7 +49,7 @@ pub fn mcap(demonstrations: &[DemonstrationFile], path: &Path) -> Result<Exporte
 /// The same as a LeRobot dataset in `folder`; `task` is what its frames are said to be for.
 ///
 /// # Errors
-/// As [`mcap`].
+/// As [`mcap()`].
 pub fn lerobot(demonstrations: &[DemonstrationFile], task: &str, folder: &Path) -> Result<Exported, BenchError> {
     let timeline = some(demonstrations)?;
     let (files, names) = dataset_files(&timeline, task, folder)?;
@@ -99,6 +99,14 @@ fn exported(timeline: &Timeline<'_>, files: Vec<(PathBuf, Vec<u8>)>, names: &Nam
     );
     for (file, missing) in &timeline.unknown {
         report += &format!("{file} says nothing of {}: it stands where another file has it.\n", missing.join(", "));
+    }
+    for ExportedEpisode { file, .. } in &timeline.episodes {
+        if let (Some(after), Some(interrupted)) = (&file.before.after, &file.before.interrupted)
+            && after.demonstration != interrupted.demonstration
+        {
+            let (name, other) = (file.demonstration.name(), &interrupted.demonstration);
+            report += &format!("{name}: the mapping does not say what was under way, since it is of {other}.\n");
+        }
     }
     Exported { files, mapping: written_mapping::text(timeline, names), report }
 }

@@ -30,6 +30,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use situ::demonstration::Kind;
+use situ_tasks::name::shown;
 
 use crate::demonstration_content::Instance;
 use crate::error::BenchError;
@@ -71,6 +72,10 @@ pub fn import_bytes(bytes: &[u8], path: &Path, mapping: &Mapping) -> Result<Impo
     demonstrations(&[recording::file(bytes, path, mapping)?], mapping)
 }
 
+/// How the stop before a correction was found.
+const FOUND: &str = "as far as the attempt came";
+const SAID: &str = "the mapping says so";
+
 /// An episode, its name, and whether the gripper is closed at each of its frames.
 struct Episode {
     take: Take,
@@ -90,6 +95,8 @@ struct Finished<'a> {
     drawn: Drawn<'a>,
     after: Option<Instance>,
     interrupted: Option<Instance>,
+    /// How that was found.
+    because: &'static str,
 }
 
 fn demonstrations(sheets: &[Sheet], mapping: &Mapping) -> Result<Imported, BenchError> {
@@ -101,14 +108,15 @@ fn demonstrations(sheets: &[Sheet], mapping: &Mapping) -> Result<Imported, Bench
             return Err(sheet.refuse(format!("episode `{}` is in an earlier recording, too", twin.take.label)));
         }
         let (number, rows) = (counted(more.len(), "episode"), counted(sheet.rows(), "frame"));
-        report += &format!("{}: {number}, {rows}\n", sheet.path().display());
+        let path = shown(&sheet.path().display().to_string());
+        report += &format!("{path}: {number}, {rows}\n");
         episodes.extend(more);
     }
     check_episodes(&episodes, mapping)?;
     let mut originals = Vec::new();
     for episode in episodes.iter().filter(|episode| is_original(episode, mapping)) {
         let drawn = draw(episode, &episode.name, Kind::Original, 0..episode.closed.len(), mapping)?;
-        originals.push(Finished { drawn, after: None, interrupted: None });
+        originals.push(Finished { drawn, after: None, interrupted: None, because: "" });
     }
     let mut corrections = Vec::new();
     for episode in episodes.iter().filter(|episode| !is_original(episode, mapping)) {
@@ -119,8 +127,8 @@ fn demonstrations(sheets: &[Sheet], mapping: &Mapping) -> Result<Imported, Bench
     let all: Vec<Finished<'_>> = originals.into_iter().chain(corrections).collect();
     check_names(&all, mapping)?;
     let demonstrations = all.iter().map(|finished| {
-        let Finished { drawn, after, interrupted } = finished;
-        report += &format!("\n{}", report::demonstration(drawn, after.as_ref(), interrupted.as_ref()));
+        let Finished { drawn, after, interrupted, because } = finished;
+        report += &format!("\n{}", report::demonstration(drawn, (after.as_ref(), interrupted.as_ref()), because));
         (drawn.name.clone(), drawn.text(after.clone(), interrupted.clone()))
     });
     Ok(Imported { demonstrations: demonstrations.collect(), report })
@@ -257,9 +265,9 @@ fn correction<'a>(
         let problem = format!("`{name}` corrects an attempt: expected `follows`, the name of the original it followed");
         return Err(mapping.refuse(&at, problem));
     };
-    let Reached { after, interrupted } = match (said(own.map(|(_, keys)| keys)), followed) {
-        ((Some(after), Some(interrupted)), _) => Reached { after, interrupted },
-        ((Some(after), None), _) if !episode.is_led() => Reached { after, interrupted: None },
+    let (Reached { after, interrupted }, because) = match (said(own.map(|(_, keys)| keys)), followed) {
+        ((Some(after), Some(interrupted)), _) => (Reached { after, interrupted }, SAID),
+        ((Some(after), None), _) if !episode.is_led() => (Reached { after, interrupted: None }, SAID),
         (_, _) if !episode.is_led() => {
             let problem = format!("all of episode `{label}` is a correction: expected `after` in its `[[episodes]]`");
             return Err(mapping.refuse(&at, problem));
@@ -270,7 +278,8 @@ fn correction<'a>(
         }
         ((after, interrupted), Some(original)) => {
             let found = along(episode, range.start, original, mapping);
-            Reached { after: after.unwrap_or(found.after), interrupted: interrupted.unwrap_or(found.interrupted) }
+            let (after, interrupted) = (after.unwrap_or(found.after), interrupted.unwrap_or(found.interrupted));
+            (Reached { after, interrupted }, if found == (Reached { after, interrupted }) { FOUND } else { SAID })
         }
     };
     let segments = followed.map_or(usize::MAX, |original| original.drawn.segments().len());
@@ -279,7 +288,7 @@ fn correction<'a>(
         return Err(mapping.refuse(&at, problem));
     }
     let instance = |segment| Instance { demonstration: follows.clone(), segment };
-    Ok(Finished { drawn, after: after.map(instance), interrupted: interrupted.map(instance) })
+    Ok(Finished { drawn, after: after.map(instance), interrupted: interrupted.map(instance), because })
 }
 
 /// What the mapping says of the stop: of each part nothing, or a segment, or none.

@@ -68,7 +68,8 @@ class Arm:
 
 def recording():
     lines = [HEADER]
-    for episode, (cup, saucer) in enumerate([((0.50, 0.15, 0.05), (0.45, -0.20, 0.01)), ((0.55, 0.10, 0.05), (0.50, -0.22, 0.01))]):
+    starts = [((0.50, 0.15, 0.05), (0.45, -0.20, 0.01)), ((0.55, 0.10, 0.05), (0.50, -0.22, 0.01))]
+    for episode, (cup, saucer) in enumerate(starts):
         arm = Arm(episode, cup, saucer)
         arm.take()
         arm.put()

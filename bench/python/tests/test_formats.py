@@ -39,8 +39,8 @@ def export(kind: str, out: pathlib.Path) -> None:
 def imported(recording: pathlib.Path, mapping: str, folder: pathlib.Path) -> list[dict]:
     """The demonstrations of a recording, in order of their names."""
     (folder / "map.toml").write_text(mapping)
-    words = [program(), "import", str(recording), "--mapping", str(folder / "map.toml"), "--out", str(folder / "shown")]
-    done = subprocess.run(words, capture_output=True, text=True)
+    words = ["--mapping", str(folder / "map.toml"), "--out", str(folder / "shown")]
+    done = subprocess.run([program(), "import", str(recording), *words], capture_output=True, text=True)
     if "unrecognized subcommand" in done.stderr:
         pytest.skip("skipped: the program that is built knows no import yet")
     assert done.returncode == 0, done.stderr
@@ -80,7 +80,8 @@ def assert_same(one: list[dict], other: list[dict], slack: float) -> None:
 def test_a_dataset_that_another_program_wrote_gives_the_same_as_the_csv(tmp_path: pathlib.Path) -> None:
     arrow = pytest.importorskip("pyarrow", reason="skipped: the package pyarrow is not installed")
     parquet = pytest.importorskip("pyarrow.parquet", reason="skipped: the package pyarrow is not installed")
-    hand, things = ["x", "y", "z", "qw", "qx", "qy", "qz", "width"], ["cup_x", "cup_y", "cup_z", "saucer_x", "saucer_y", "saucer_z"]
+    hand = ["x", "y", "z", "qw", "qx", "qy", "qz", "width"]
+    things = ["cup_x", "cup_y", "cup_z", "saucer_x", "saucer_y", "saucer_z"]
     root, recorded = tmp_path / "dataset", rows()
     (root / "meta").mkdir(parents=True)
     (root / "data/chunk-000").mkdir(parents=True)
@@ -172,8 +173,8 @@ saucer = {topic = "/things", index = 1}
 """
     (tmp_path / "map.toml").write_text(mapping)
     recordings = [str(tmp_path / f"{number}.mcap") for number in range(3)]
-    words = [program(), "import", *recordings, "--mapping", str(tmp_path / "map.toml"), "--out", str(tmp_path / "shown")]
-    done = subprocess.run(words, capture_output=True, text=True)
+    words = ["--mapping", str(tmp_path / "map.toml"), "--out", str(tmp_path / "shown")]
+    done = subprocess.run([program(), "import", *recordings, *words], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     shown = [json.loads(path.read_text()) for path in sorted((tmp_path / "shown").iterdir())]
     assert_same(shown, from_csv(tmp_path / "csv"), 1e-9)

@@ -12,7 +12,11 @@ use crate::import::drawn::Drawn;
 const WIDEST: usize = 22;
 
 /// The lines about a demonstration.
-pub(super) fn demonstration(drawn: &Drawn<'_>, after: Option<&Instance>, interrupted: Option<&Instance>) -> String {
+pub(super) fn demonstration(
+    drawn: &Drawn<'_>,
+    (after, interrupted): (Option<&Instance>, Option<&Instance>),
+    because: &str,
+) -> String {
     let kind = match drawn.kind {
         Kind::Original => "original",
         Kind::Corrective => "corrective",
@@ -29,7 +33,7 @@ pub(super) fn demonstration(drawn: &Drawn<'_>, after: Option<&Instance>, interru
         let place = |instance: &Instance| format!("segment {} of {}", instance.segment, shown(&instance.demonstration));
         let last = after.map_or("START".to_owned(), place);
         let under_way = interrupted.map_or("nothing".to_owned(), place);
-        let _ = writeln!(text, "  what ran last: {last}; under way: {under_way}");
+        let _ = writeln!(text, "  what ran last: {last}; under way: {under_way} ({because})");
     }
     let mut rows = vec![["#", "time", "keyframe", "gripper", "reference", "because"].map(str::to_owned)];
     for (index, keyframe) in drawn.keyframes.iter().enumerate() {
