@@ -30,10 +30,10 @@ pub(super) fn demonstration(
         counted(drawn.frames.len(), "frame"),
     );
     if drawn.kind == Kind::Corrective {
-        let place = |instance: &Instance| format!("segment {} of {}", instance.segment, shown(&instance.demonstration));
+        let place = |instance: &Instance| format!("segment {} of {}", instance.segment, cut(&instance.demonstration));
         let last = after.map_or("START".to_owned(), place);
         let under_way = interrupted.map_or("nothing".to_owned(), place);
-        let _ = writeln!(text, "  what ran last: {last}; under way: {under_way} ({because})");
+        let _ = writeln!(text, "  ran last   {last}\n  under way  {under_way}: {because}");
     }
     let mut rows = vec![["#", "time", "keyframe", "gripper", "reference", "because"].map(str::to_owned)];
     for (index, keyframe) in drawn.keyframes.iter().enumerate() {

@@ -529,6 +529,21 @@ fn no_bytes_make_it_panic() {
     });
 }
 
+/// The length of a record within a compressed chunk was believed: so much memory was asked for, and the program ended.
+#[test]
+fn a_damaged_length_asks_for_no_memory() {
+    let length = (1_u64 << 62).to_le_bytes();
+    // A frame of Zstandard with one raw block: a message record of that length.
+    let block = [&[5_u8][..], &length].concat();
+    let frame = [&[0x28, 0xb5, 0x2f, 0xfd, 0x20, 9, 0x49, 0, 0][..], &block].concat();
+    let sizes = [&[0; 16][..], &9_u64.to_le_bytes(), &[0; 4], &4_u32.to_le_bytes(), b"zstd"].concat();
+    let chunk = [&sizes[..], &(frame.len() as u64).to_le_bytes(), &frame].concat();
+    let header = [&[1_u8][..], &8_u64.to_le_bytes(), &[0; 8]].concat();
+    let file = [b"\x89MCAP0\r\n", &header[..], &[6], &(chunk.len() as u64).to_le_bytes(), &chunk].concat();
+    let refused = plain(&import_bytes(&file, Path::new("file.mcap"), &mapping(MAPPING)).unwrap_err());
+    assert!(refused.starts_with("file.mcap: "), "{refused}");
+}
+
 /// The crate that reads Parquet files may panic. That is caught, so that only a message on standard error is left.
 #[test]
 fn no_damaged_dataset_makes_it_panic() {
