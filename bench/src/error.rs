@@ -93,6 +93,16 @@ pub enum BenchError {
         /// What is wrong, and what was expected.
         problem: String,
     },
+    /// A mistake in a recording, or something that is not in it.
+    #[error("{}: {place}{problem}", path.display())]
+    Recording {
+        /// The file or folder.
+        path: PathBuf,
+        /// The row and the column, with a colon after them; nothing where it is the recording as a whole.
+        place: String,
+        /// What is wrong, and what was expected.
+        problem: String,
+    },
     /// A name that nothing has.
     #[error("no {what} is called `{name}`: expected one of {known}")]
     Unknown {

@@ -10,7 +10,7 @@
 //!
 //! How to add a method, a task, a teacher or a table: [`extending`]; a method in another language: [`methods_page`],
 //! [`external`]. A task from nothing, step by step: [`tutorial`]. All keys of a task file: [`task_files`]. A task model
-//! on a robot of one's own: [`robot`].
+//! on a robot of one's own: [`robot`]; its recordings: [`import_page`], [`mod@import`], [`mod@export`].
 
 pub mod archive;
 pub mod asked;
@@ -36,10 +36,14 @@ pub mod executor;
 #[doc = include_str!("../examples/method.rs")]
 #[doc = "```"]
 pub mod extending {}
+pub mod export;
 pub mod external;
 pub mod files;
 pub mod gate;
 pub mod held_out;
+pub mod import;
+#[doc = include_str!("../docs/import.md")]
+pub mod import_page {}
 mod json_lines;
 pub mod kept_model;
 pub mod ledger;

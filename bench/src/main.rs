@@ -10,8 +10,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use situ_bench::cmd::{
-    ask::Ask, check::Check, cost::Cost, learn::Learn, list::List, merge::Merge, run::Run, say, show::Show,
-    supersede::Supersede, tables::Tables,
+    ask::Ask, check::Check, cost::Cost, export::Export, import::Import, learn::Learn, list::List, merge::Merge,
+    run::Run, say, show::Show, supersede::Supersede, tables::Tables,
 };
 use situ_bench::error::BenchError;
 
@@ -50,6 +50,8 @@ enum Verb {
     Tables(Tables),
     Learn(Learn),
     Ask(Ask),
+    Import(Import),
+    Export(Export),
     Show(Show),
     Supersede(Supersede),
 }
@@ -74,6 +76,8 @@ fn main() -> ExitCode {
         }),
         Verb::Learn(learn) => learn.run().and_then(|text| print(&text)),
         Verb::Ask(ask) => ask.run().and_then(|text| print(&text)),
+        Verb::Export(export) => export.run().and_then(|text| print(&text)),
+        Verb::Import(import) => import.run().and_then(|text| print(&text)),
         Verb::Show(show) => show.run().and_then(|text| print(&text)),
         Verb::Supersede(supersede) => supersede.run().and_then(|text| print(&text)),
     };

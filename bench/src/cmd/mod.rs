@@ -3,7 +3,9 @@
 pub mod ask;
 pub mod check;
 pub mod cost;
+pub mod export;
 mod folder;
+pub mod import;
 pub mod learn;
 pub mod library;
 pub mod list;

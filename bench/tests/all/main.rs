@@ -6,6 +6,7 @@ mod cost;
 mod dependencies;
 mod external;
 mod house;
+mod import;
 mod kept;
 mod learn;
 mod outputs;

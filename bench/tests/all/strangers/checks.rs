@@ -11,7 +11,9 @@ use situ::method::{Method, named};
 use situ_bench::asked::answer;
 use situ_bench::cmd::learn::learn;
 use situ_bench::demonstration_file::{DemonstrationFile, render};
+use situ_bench::error::BenchError;
 use situ_bench::external::Methods;
+use situ_bench::import::{Imported, Mapping, import, import_bytes};
 use situ_bench::kept_model::KeptModel;
 use situ_bench::ledger::{self, Canonical};
 use situ_bench::plan::{Filter, Plan};
@@ -230,4 +232,65 @@ pub fn teachers(bytes: &[u8]) -> bool {
         assert!(Way::ALL.iter().all(|way| (0.0..=1.0).contains(&profile.rate(*way))), "{profile:?}");
     }
     true
+}
+
+/// A mapping of the example of a recording.
+const MAPPING: &str = include_str!("../../../examples/recording/saucer.toml");
+/// A recording for a mapping of any kind.
+const RECORDING: &str = include_str!("../../../examples/recording/saucer.csv");
+/// A mapping for the topics that `export` writes.
+const TOPICS: &str = "[columns]\nepisode = \"/demonstration.episode\"\nmark = \"/demonstration.keyframe\"\n\
+    [gripper]\ntopic = \"/gripper\"\n[objects.cup]\ntopic = \"/objects\"\nframe = \"cup\"\n";
+
+/// A recording as CSV or MCAP, the Parquet file of a dataset, or a mapping of a recording.
+pub fn recording(bytes: &[u8]) -> bool {
+    let path = Path::new(FILE);
+    let mut accepted = false;
+    if let Ok(text) = str::from_utf8(bytes) {
+        accepted |= match Mapping::parse(text, path) {
+            Ok(mapping) => imports(import_bytes(RECORDING.as_bytes(), Path::new("saucer.csv"), &mapping)),
+            Err(error) => refused(&error.to_string(), bytes),
+        };
+    }
+    for mapping in [MAPPING, TOPICS] {
+        let mapping = Mapping::parse(mapping, Path::new("map.toml")).expect("a sound mapping");
+        accepted |= imports(import_bytes(bytes, path, &mapping));
+    }
+    if bytes.starts_with(b"PAR1") {
+        accepted |= dataset(bytes);
+    }
+    accepted
+}
+
+/// What comes out of an import is JSON with at least a keyframe, and a name of its own each.
+fn imports(imported: Result<Imported, BenchError>) -> bool {
+    let imported = match imported {
+        Ok(imported) => imported,
+        Err(error) => {
+            plain(&error.to_string());
+            return false;
+        }
+    };
+    assert!(!imported.report.chars().any(|letter| letter.is_control() && letter != '\n'), "{:?}", imported.report);
+    for (name, text) in &imported.demonstrations {
+        let value: serde_json::Value = serde_json::from_str(text).expect("a demonstration is JSON");
+        assert_eq!(value["name"].as_str(), Some(name.as_str()));
+        assert!(value["keyframes"].as_array().is_some_and(|keyframes| !keyframes.is_empty()), "{name}");
+    }
+    true
+}
+
+/// A dataset whose frames are these bytes.
+fn dataset(bytes: &[u8]) -> bool {
+    const INFO: &str = r#"{"codebase_version": "v3.0", "features": {"observation.state": {"names": null}}}"#;
+    const COLUMNS: &str = "[gripper]\nposition = [\"observation.state[0]\", \"observation.state[1]\", \
+        \"observation.state[2]\"]\norientation = \"none\"\n[objects.table]\nfixed = {position = [0, 0, 0]}\n";
+    let folder = tempfile::tempdir().expect("a folder");
+    let data = folder.path().join("data/chunk-000");
+    std::fs::create_dir_all(&data).expect("a folder");
+    std::fs::create_dir_all(folder.path().join("meta")).expect("a folder");
+    std::fs::write(folder.path().join("meta/info.json"), INFO).expect("a file");
+    std::fs::write(data.join("file-000.parquet"), bytes).expect("a file");
+    let mapping = Mapping::parse(COLUMNS, Path::new("map.toml")).expect("a sound mapping");
+    imports(import(&[folder.path().to_owned()], &mapping))
 }

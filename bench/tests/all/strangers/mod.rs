@@ -44,6 +44,8 @@ const DEMONSTRATIONS: [&str; 3] = [
     include_str!("../../../examples/poses/lid-first.json"),
 ];
 const TEACHERS: [&str; 1] = [include_str!("../../../../synth_teachers/src/profiles.toml")];
+const RECORDINGS: [&str; 2] =
+    [include_str!("../../../examples/recording/saucer.csv"), include_str!("../../../examples/recording/saucer.toml")];
 /// The published ledger.
 const LEDGER: &str = include_str!("../../../../results/quick/ledger.jsonl");
 /// Every so many lines of the published ledger make a small one.
@@ -124,6 +126,11 @@ fn teacher_files() {
 }
 
 #[test]
+fn recordings_and_their_mappings() {
+    survives(checks::recording, &RECORDINGS, CASES);
+}
+
+#[test]
 fn ledgers() {
     let lines: Vec<&str> = LEDGER.split_inclusive('\n').step_by(LINES_APART).collect();
     let few: Vec<String> = lines.chunks(3).map(|lines| lines.concat()).collect();
@@ -194,6 +201,7 @@ fn any_bytes() {
             checks::teachers,
             checks::model,
             checks::question,
+            checks::recording,
         ] {
             check(bytes);
         }
