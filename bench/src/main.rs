@@ -29,6 +29,7 @@ Examples:
   situ-bench check pour
   situ-bench list methods
   situ-bench tables quick.jsonl --out tables
+  situ-bench import recording.csv --mapping mapping.toml --out shown
   situ-bench learn original.json --correct correction.json --dot model.dot
 
 Exit status: 0; 1 where the machine or a check failed; 2 where the input was bad; 130 where it was interrupted. A run
