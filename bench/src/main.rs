@@ -29,6 +29,7 @@ Examples:
   situ-bench check pour
   situ-bench list methods
   situ-bench tables quick.jsonl --out tables
+  situ-bench import recording.csv --mapping mapping.toml --out shown
   situ-bench learn original.json --correct correction.json --dot model.dot
   situ-bench ask model.json '{\"do\": \"graph\"}'
 

@@ -98,7 +98,7 @@ impl<'a> Drawn<'a> {
             }
             keyframe.narration = keys.narration.clone().or(keyframe.narration.take());
             keyframe.announced = keys.announced.unwrap_or(keyframe.announced);
-            if keys.leave_out {
+            if keys.leave_out && !left_out.contains(&index) {
                 left_out.push(index);
             }
             if left_out.len() == self.keyframes.len() {
