@@ -68,6 +68,7 @@ pub mod starts;
 pub mod stats;
 pub mod stop;
 pub mod strict_json;
+mod stride;
 pub mod synthetic;
 pub mod tables;
 pub mod tally;
