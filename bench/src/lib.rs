@@ -9,7 +9,7 @@
 //! measured on [`synthetic`] automata ([`cost`]) and held against baselines by the [`gate`].
 //!
 //! How to add a method, a task, a teacher or a table: [`extending`]; a method in another language: [`methods_page`],
-//! [`external`]. A task from nothing, step by step: [`tutorial`].
+//! [`external`]. The tasks in one's own loop: [`serve_page`], [`serve`]. A task from nothing, step by step: [`tutorial`].
 //! All keys of a task file: [`task_files`].
 
 pub mod archive;
@@ -60,6 +60,9 @@ pub mod rollout;
 pub mod runner;
 #[cfg(test)]
 mod sample;
+pub mod serve;
+#[doc = include_str!("../docs/serve.md")]
+pub mod serve_page {}
 pub mod session;
 pub mod shard;
 pub mod shown;

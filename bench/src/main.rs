@@ -10,8 +10,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use situ_bench::cmd::{
-    check::Check, cost::Cost, learn::Learn, list::List, merge::Merge, run::Run, say, show::Show, supersede::Supersede,
-    tables::Tables,
+    check::Check, cost::Cost, learn::Learn, list::List, merge::Merge, run::Run, say, serve::Serve, show::Show,
+    supersede::Supersede, tables::Tables,
 };
 use situ_bench::error::BenchError;
 
@@ -48,6 +48,7 @@ enum Verb {
     Merge(Merge),
     Tables(Tables),
     Learn(Learn),
+    Serve(Serve),
     Show(Show),
     Supersede(Supersede),
 }
@@ -71,6 +72,7 @@ fn main() -> ExitCode {
             print(&printed.text)
         }),
         Verb::Learn(learn) => learn.run().and_then(|text| print(&text)),
+        Verb::Serve(serve) => serve.run().and_then(|text| print(&text)),
         Verb::Show(show) => show.run().and_then(|text| print(&text)),
         Verb::Supersede(supersede) => supersede.run().and_then(|text| print(&text)),
     };
