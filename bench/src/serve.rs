@@ -16,6 +16,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 
 use serde_json::{Value, json};
+use situ_sim::MAX_OPENING;
 use situ_tasks::name::shown;
 use situ_tasks::{Registry, Setting, Task};
 use situ_teachers::{Roster, Teacher};
@@ -46,6 +47,8 @@ pub struct Service {
     registry: Registry,
     roster: Roster,
     plant: &'static str,
+    /// Whether a picture may be written to a file.
+    writes: bool,
     served: Option<Served>,
     shelf: Shelf,
 }
@@ -63,7 +66,13 @@ impl Service {
     /// A service of these tasks and teachers, without an episode. `plant` is the name of what carries the hand in the
     /// tasks.
     pub fn new(registry: Registry, roster: Roster, plant: &'static str) -> Self {
-        Self { registry, roster, plant, served: None, shelf: Shelf::default() }
+        Self { registry, roster, plant, writes: true, served: None, shelf: Shelf::default() }
+    }
+
+    /// The same that writes no file, whatever it is asked.
+    #[must_use]
+    pub fn without_files(self) -> Self {
+        Self { writes: false, ..self }
     }
 
     /// Answers a line. The answer has the `id` of the request, `null` where it has none, and the key `error` where the
@@ -170,6 +179,7 @@ impl Service {
             "tasks": self.registry.tasks().map(task).collect::<Value>(),
             "teachers": teachers,
             "reach": {"low": REACH[0], "high": REACH[1]},
+            "stroke": MAX_OPENING,
         })
     }
 
@@ -236,6 +246,9 @@ impl Service {
                 let (least, most) = PIXELS.into_inner();
                 return Err(format!("key `{key}`: {value} pixels, expected {least} to {most}"));
             }
+        }
+        if path.is_some() && !self.writes {
+            return Err("key `path`: this service writes no file, expected no such key".to_owned());
         }
         let image = served.picture([*width, *height]);
         let (word, bytes) = match format {

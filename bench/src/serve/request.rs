@@ -148,6 +148,8 @@ pub(super) enum PictureFormat {
 
 /// Reads a line: its `id`, `null` where none can be read, and what is asked for or why it cannot be done.
 pub(super) fn read(line: &str) -> (Value, Result<Request, String>) {
+    // Some shells begin what they write with a byte-order mark.
+    let line = line.strip_prefix('\u{feff}').unwrap_or(line);
     let mut fields = match serde_json::from_str(line) {
         Ok(StrictJson(Value::Object(fields))) => fields,
         Ok(_) => {

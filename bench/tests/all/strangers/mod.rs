@@ -42,6 +42,8 @@ const DEMONSTRATIONS: [&str; 2] = [
     include_str!("../../../examples/demonstrations/lid-first.json"),
 ];
 const TEACHERS: [&str; 1] = [include_str!("../../../../synth_teachers/src/profiles.toml")];
+const REQUESTS: [&str; 1] = [include_str!("../../../examples/lines/requests.jsonl")];
+const ANSWERS: [&str; 1] = [include_str!("../../../examples/lines/answers.jsonl")];
 /// The published ledger.
 const LEDGER: &str = include_str!("../../../../results/quick/ledger.jsonl");
 /// Every so many lines of the published ledger make a small one.
@@ -49,6 +51,8 @@ const LINES_APART: usize = 23;
 
 /// Cases of each test, where they are not soaked.
 const CASES: u32 = 256;
+/// The same where each is an episode.
+const SESSIONS: u32 = 64;
 
 /// Runs a check on whatever `strategy` makes.
 fn holds<S: Strategy>(strategy: S, cases: u32, check: impl Fn(&S::Value)) {
@@ -98,6 +102,16 @@ fn ledgers() {
     let lines: Vec<&str> = LEDGER.split_inclusive('\n').step_by(LINES_APART).collect();
     let few: Vec<String> = lines.chunks(3).map(|lines| lines.concat()).collect();
     survives(checks::ledger, &few.iter().map(String::as_str).collect::<Vec<_>>(), CASES);
+}
+
+#[test]
+fn requests_to_serve() {
+    survives(checks::requests, &REQUESTS, SESSIONS);
+}
+
+#[test]
+fn answers_of_methods() {
+    survives(checks::answers, &ANSWERS, CASES);
 }
 
 /// What fuzzers and mutations have found, each with what is said of it now.
@@ -156,7 +170,8 @@ fn any_bytes() {
     let bytes =
         prop_oneof![prop::collection::vec(any::<u8>(), 0..200), marks.prop_map(|marks| marks.concat().into_bytes()),];
     holds(bytes, CASES, |bytes| {
-        for check in [checks::task, checks::protocol, checks::demonstration, checks::ledger, checks::teachers] {
+        let files = [checks::task, checks::protocol, checks::demonstration, checks::ledger, checks::teachers];
+        for check in files.into_iter().chain([checks::requests, checks::answers]) {
             check(bytes);
         }
     });
