@@ -95,7 +95,12 @@ class Env(gymnasium.Env[Floats, Floats]):
         found = [own for own in known["tasks"] if own["task"] == task]
         if not found:
             names = ", ".join(own["task"] for own in known["tasks"])
+            self.close()
             raise ServeError(f"there is no task {task!r}: expected one of {names}")
+        changed = [own["variation"] for own in found[0]["variations"]]
+        if variation is not None and variation not in changed:
+            self.close()
+            raise ServeError(f"{task} has no variation {variation!r}: expected one of {', '.join(changed)}, or None")
         #: Names and scales of the features of the observation.
         self.features: list[dict[str, Any]] = found[0]["features"]
         #: The task's limit: simulated seconds and keyframes.
