@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 import warnings
+from collections import Counter
 
 import pytest
 
@@ -81,35 +82,33 @@ def test_gymnasium_finds_nothing_wrong_with_any_of_them() -> None:
 def test_a_random_policy_runs_to_an_end(task: str) -> None:
     made = Env(task)
     made.action_space.seed(1)
-    ends = []
-    for seed in range(3):
-        made.reset(seed=seed)
-        over = False
-        while not over:
-            action = made.action_space.sample()
-            # Most ways to turn a hand are through the table: every other step lets it point straight down.
-            action[3:5] *= len(ends) % 2
-            observation, reward, terminated, truncated, info = made.step(action)
-            assert made.observation_space.contains(observation)
-            assert reward == float(terminated) and (info["abort"] is None or truncated)
-            ends.append(info["end"])
-            over = terminated or truncated
-    made.close()
-    print(f"random policy on {task}: {', '.join(ends)}")
-
-
-def test_the_hand_alone_goes_on_after_an_abort_if_it_is_told_to() -> None:
-    made = Env("press", plant="hand", ends_at_abort=False)
-    made.action_space.seed(2)
     made.reset(seed=0)
-    steps, over = 0, False
+    ends: Counter = Counter()
+    over = False
     while not over:
-        *_, terminated, truncated, info = made.step(made.action_space.sample())
-        steps, over = steps + 1, terminated or truncated
-    assert info["seconds"] > made.limit["seconds"] or steps == made.limit["keyframes"]
+        observation, reward, terminated, truncated, info = made.step(made.action_space.sample())
+        assert made.observation_space.contains(observation)
+        assert reward == float(terminated) == float(info["solved"])
+        assert (info["abort"] is None) == (info["end"] in ("reached", "guarded"))
+        ends[info["end"]] += 1
+        over = terminated or truncated
+    print(f"random policy on {task}: {dict(ends)}")
+    assert ends["reached"] > ends.total() / 4
+    assert info["seconds"] > made.limit["seconds"] or info["keyframes"] == made.limit["keyframes"]
     with pytest.raises(ServeError, match="the episode is over"):
         made.step(made.action_space.sample())
     made.close()
+
+
+def test_an_abort_ends_an_episode_where_that_is_wanted() -> None:
+    below = np.array([0.5, -0.5, 0.0, math.pi, 0.0, 0.0, 0.5])
+    for ends_at_abort in (False, True):
+        made = Env("press", ends_at_abort=ends_at_abort)
+        before, _ = made.reset(seed=0)
+        observation, _, terminated, truncated, info = made.step(below)
+        assert info["abort"] in ("out of reach", "no plan") and not terminated
+        assert truncated == ends_at_abort and observation.tobytes() == before.tobytes(), "nothing has moved"
+        made.close()
 
 
 def test_the_teachers_keyframes_solve_the_originals() -> None:

@@ -80,7 +80,7 @@ class Env(gymnasium.Env[Floats, Floats]):
         plant: str = "arm",
         tasks: Sequence[str | Path] = (),
         teachers: Sequence[str | Path] = (),
-        ends_at_abort: bool = True,
+        ends_at_abort: bool = False,
         render_mode: Optional[str] = None,
         size: tuple[int, int] = (480, 300),
         program: Optional[str] = None,
