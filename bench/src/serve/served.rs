@@ -79,9 +79,10 @@ impl Served {
     /// # Errors
     /// What is wrong with it, and what was expected.
     pub(super) fn deed(&self, target: Target) -> Result<Deed, String> {
-        let deed = Deed::of(target, self.episode.world().gripper(), |target| self.about(target))?;
-        self.check_reference(&deed.about.reference)?;
-        Ok(deed)
+        if let Some(about) = &target.about {
+            self.check_reference(&about.reference)?;
+        }
+        Deed::of(target, self.episode.world().gripper(), |target| self.about(target))
     }
 
     /// The gripper's command where the hand is.

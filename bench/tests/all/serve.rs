@@ -148,6 +148,43 @@ fn a_correction_is_from_here() {
     assert_eq!(served.done(json!({"do": "is_solved"})), json!({"solved": true}));
 }
 
+/// Where nobody says which primitive a keyframe is of, somebody bumps into things, and things slip, at the keyframes at
+/// which they do so in a rollout. The mat under the pitcher used to be taken for the pitcher.
+#[test]
+fn events_happen_when_they_are_due() {
+    let mut served = Served::start(&["--plant", "hand"]);
+    let cases = [("pour", "bump", "pitcher", 0), ("sort_blocks", "drop", "red_1", 2), ("stack", "drop", "top", 2)];
+    for (task, variation, reference, index) in cases {
+        for seed in 0..4 {
+            served.done(reset(task, Some(variation), seed));
+            let shown = served.done(json!({"do": "demonstrate"}));
+            let keyframes = shown["demonstration"]["keyframes"].as_array().unwrap();
+            let due = keyframes.iter().position(|keys| keys["reference"] == reference).unwrap() + index;
+            for (place, keys) in keyframes.iter().enumerate().take(due + 1) {
+                let gone = served.done(keyframe(keys));
+                let events = u64::from(place >= due);
+                assert_eq!(gone["observation"]["events"], events, "{task}/{variation}, seed {seed}, keyframe {place}");
+            }
+        }
+    }
+}
+
+/// The page and the long help have every word that there is.
+#[test]
+fn every_request_is_explained() {
+    let mut served = Served::start(&[]);
+    let said = served.refused(json!({"do": "what"}));
+    let words: Vec<&str> = said.split("one of ").nth(1).unwrap().split(", ").collect();
+    let page = include_str!("../../docs/serve.md");
+    let help = Command::new(env!("CARGO_BIN_EXE_situ-bench")).args(["serve", "--help"]).output().unwrap();
+    let help = String::from_utf8(help.stdout).unwrap();
+    assert_eq!(words.len(), 14, "{words:?}");
+    for word in words {
+        assert!(page.contains(&format!("\n| `{word}` | ")), "{word} is not in bench/docs/serve.md");
+        assert!(help.lines().any(|line| line.split_whitespace().next() == Some(word)), "{word} is not in the help");
+    }
+}
+
 /// A restored world and the original one give identical observations for identical keyframes: in the same process,
 /// which has kept it, and in another, which does all of it once more.
 #[test]
@@ -218,7 +255,10 @@ fn what_is_no_request_is_answered() {
         (moved("gripper", json!(1.5)), "an opening from 0 (closed) to 1 (open)"),
         (moved("gripper", json!({"close": -1})), "a force of 0 to"),
         (moved("hold", json!(-1)), "expected 0 to"),
-        (moved("about", json!({"reference": "teapot", "keyframe": 0})), "no object is called `teapot`: expected one of"),
+        (
+            moved("about", json!({"reference": "teapot", "keyframe": 0})),
+            "no object is called `teapot`: expected one of",
+        ),
         (moved("speed", json!(1)), "unknown field `speed`"),
         (json!({"do": "watch", "reference": "green", "moment": "later"}), "unknown variant `later`"),
         (json!({"do": "restore", "snapshot": "{}"}), "missing field"),
@@ -243,7 +283,10 @@ fn what_is_no_request_is_answered() {
     ];
     for (line, expected) in lines {
         let answer = served.line(line);
-        assert!(answer["id"].is_null() && answer["error"].as_str().is_some_and(|said| said.contains(expected)), "{answer}");
+        assert!(
+            answer["id"].is_null() && answer["error"].as_str().is_some_and(|said| said.contains(expected)),
+            "{answer}"
+        );
     }
     assert!(served.line(&vec![b'x'; (16 << 20) + 7])["error"].as_str().unwrap().contains("a line of at most"));
     assert_eq!(served.done(json!({"do": "observe"})), before, "as it was");

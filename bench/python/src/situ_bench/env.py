@@ -108,9 +108,9 @@ class Env(gymnasium.Env[Floats, Floats]):
         #: The largest opening of the gripper, metres.
         self.stroke: float = known["stroke"]
         low, high = known["reach"]["low"], known["reach"]["high"]
-        self.action_space = spaces.Box(
-            np.array([*low, *[-math.pi] * 3, 0.0]), np.array([*high, *[math.pi] * 3, 1.0]), dtype=np.float64
-        )
+        self._least: Floats = np.array([*low, *[-math.pi] * 3, 0.0])
+        self._most: Floats = np.array([*high, *[math.pi] * 3, 1.0])
+        self.action_space = spaces.Box(self._least, self._most, dtype=np.float64)
         self.observation_space = spaces.Box(-MOST_SCALES, MOST_SCALES, (len(self.features),), np.float64)
         self._last: Optional[dict[str, Any]] = None
 
@@ -166,7 +166,7 @@ class Env(gymnasium.Env[Floats, Floats]):
         numbers = np.asarray(action, dtype=np.float64)
         if numbers.shape != self.action_space.shape or not np.isfinite(numbers).all():
             raise ValueError(f"the action {action!r}: expected 7 finite numbers")
-        numbers = np.clip(numbers, self.action_space.low, self.action_space.high)
+        numbers = np.clip(numbers, self._least, self._most)
         position, opening = [float(value) for value in numbers[:3]], float(numbers[6])
         quaternion = _quaternion([float(value) for value in numbers[3:6]])
         hold = WAIT if self._is_there(position, quaternion, opening) else 0.0
