@@ -9,8 +9,8 @@
 //! measured on [`synthetic`] automata ([`cost`]) and held against baselines by the [`gate`].
 //!
 //! How to add a method, a task, a teacher or a table: [`extending`]; a method in another language: [`methods_page`],
-//! [`external`]. The tasks in one's own loop: [`serve_page`], [`serve`]. A task from nothing, step by step: [`tutorial`].
-//! All keys of a task file: [`task_files`].
+//! [`external`]. The tasks in one's own loop: [`serve_page`], [`serve`]. A task from nothing, step by step:
+//! [`tutorial`]. All keys of a task file: [`task_files`].
 
 pub mod archive;
 pub mod calibration;

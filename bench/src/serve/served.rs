@@ -120,7 +120,8 @@ impl Served {
         About { keyframe: last.map_or(0, |about| about.keyframe + 1), reference }
     }
 
-    /// The distances of a place from the upright box about an object, or what fills a role, and from its origin: metres.
+    /// The distances of a place from the upright box about an object, or about what fills a role, and from its origin:
+    /// metres.
     fn distances(&self, name: &str, target: &Pose) -> Option<[f64; 2]> {
         let (view, place) = (self.episode.view(), target.translation.vector);
         let object = view.object(name)?;

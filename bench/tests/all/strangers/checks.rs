@@ -1,6 +1,6 @@
 //! What must hold of any bytes that a stranger takes for a file of ours, or writes into one of our programs line by
-//! line. The tests and the fuzzers (`bench/fuzz`) ask the same. A file is refused with its name, a line that it has, and one line of plain text; or it is accepted, and
-//! then it can be used. Each check says whether it was accepted.
+//! line. The tests and the fuzzers (`bench/fuzz`) ask the same. A file is refused with its name, a line that it has,
+//! and one line of plain text; or it is accepted, and then it can be used. Each check says whether it was accepted.
 
 use std::path::Path;
 use std::sync::OnceLock;
