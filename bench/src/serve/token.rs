@@ -39,9 +39,11 @@ pub(super) struct Token {
     state: String,
 }
 
-/// The hash of all that is observed.
+/// The hash of all that is observed, of the beads, and of the arm's angles: where a hand without an arm went the same
+/// way, the arm would go on another.
 fn state(served: &Served) -> String {
-    hash(observation(served).to_string())
+    let world = served.episode.world();
+    hash(format!("{}\n{:?}\n{:?}", observation(served), world.beads(), world.configuration()))
 }
 
 /// The text of an episode put aside.
