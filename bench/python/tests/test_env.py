@@ -188,6 +188,17 @@ def test_a_step_to_where_the_hand_is_waits(env) -> None:
     assert abs(w) == pytest.approx(math.sqrt(0.5), abs=1e-6) and abs(z) == pytest.approx(math.sqrt(0.5), abs=1e-6)
 
 
+def test_several_at_once() -> None:
+    made = gymnasium.make_vec("situ_bench/stack-v1", num_envs=2, vectorization_mode="sync")
+    made.action_space.seed(3)
+    observations, _ = made.reset(seed=[3, 3])
+    assert observations[0].tobytes() == observations[1].tobytes()
+    action = made.action_space.sample()
+    observations, *_, info = made.step(action)
+    assert observations[0].tobytes() != observations[1].tobytes() and len(info["end"]) == 2
+    made.close()
+
+
 def test_a_picture_is_an_array() -> None:
     made = gymnasium.make("situ_bench/press-v1", render_mode="rgb_array", size=(64, 40))
     made.reset(seed=1)
