@@ -183,16 +183,17 @@ impl Service {
         })
     }
 
-    fn begun(&self, beginning: &Beginning) -> Result<Served, BenchError> {
+    fn begun(&mut self, beginning: &Beginning) -> Result<Served, BenchError> {
         let Beginning { task, variation, seed, teacher } = beginning;
         let setting = self.registry.get(task)?.variation(variation.as_deref())?;
         let profile = self.roster.get(teacher.as_deref().unwrap_or(TEACHER))?;
-        Served::begin(&setting, Teacher::new(profile.clone()), *seed)
+        let teacher = Teacher::new(profile.clone());
+        Served::begin(self.shelf.start(&setting, *seed)?, teacher, *seed)
     }
 
     fn reset(&mut self, beginning: &Beginning) -> Result<Value, String> {
-        let served = self.served.insert(self.begun(beginning).map_err(told)?);
-        Ok(seen::observation(served))
+        let served = self.begun(beginning).map_err(told)?;
+        Ok(seen::observation(self.served.insert(served)))
     }
 
     fn go(&mut self, deed: Deed) -> Result<Value, String> {

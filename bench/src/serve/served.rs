@@ -46,13 +46,12 @@ enum Occasion {
 }
 
 impl Served {
-    /// The episode of a setting that the seed decides, as `show` has it.
+    /// An episode at its start, which this seed decided.
     ///
     /// # Errors
-    /// Where the physics refuses the start.
-    pub(super) fn begin(setting: &Arc<Setting>, teacher: Teacher, seed: u64) -> Result<Self, BenchError> {
-        let schema = Arc::new(convert::schema(setting)?);
-        let start = Arc::new(Episode::start(setting, seed)?);
+    /// Where the setting's schema breaks a rule of the learner's.
+    pub(super) fn begin(start: Arc<Episode>, teacher: Teacher, seed: u64) -> Result<Self, BenchError> {
+        let schema = Arc::new(convert::schema(start.setting())?);
         Ok(Self { episode: (*start).clone(), teacher, seed, deeds: Vec::new(), schema, start })
     }
 
