@@ -26,6 +26,7 @@ use situ::method::{Method, all};
 use crate::error::BenchError;
 use interrupt::Interrupt;
 
+pub use answers::check_answer;
 pub use method::External;
 pub use process::end_all;
 

@@ -9,8 +9,9 @@
 //! measured on [`synthetic`] automata ([`cost`]) and held against baselines by the [`gate`].
 //!
 //! How to add a method, a task, a teacher or a table: [`extending`]; a method in another language: [`methods_page`],
-//! [`external`]. A task from nothing, step by step: [`tutorial`]. All keys of a task file: [`task_files`]. A task model
-//! on a robot of one's own: [`robot`]; its recordings: [`import_page`], [`mod@import`], [`mod@export`].
+//! [`external`]. A task from nothing, step by step: [`tutorial`]. All keys of a task file: [`task_files`]. The tasks in
+//! one's own loop: [`serve_page`], [`serve`]. A task model on a robot of one's own: [`robot`]; its recordings:
+//! [`import_page`], [`mod@import`], [`mod@export`].
 
 pub mod archive;
 pub mod asked;
@@ -69,6 +70,9 @@ pub mod rollout;
 pub mod runner;
 #[cfg(test)]
 mod sample;
+pub mod serve;
+#[doc = include_str!("../docs/serve.md")]
+pub mod serve_page {}
 pub mod session;
 pub mod shard;
 pub mod shown;
@@ -77,6 +81,7 @@ pub mod starts;
 pub mod stats;
 pub mod stop;
 pub mod strict_json;
+mod stride;
 pub mod synthetic;
 pub mod tables;
 pub mod tally;

@@ -11,7 +11,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use situ_bench::cmd::{
     ask::Ask, check::Check, cost::Cost, export::Export, import::Import, learn::Learn, list::List, merge::Merge,
-    run::Run, say, show::Show, supersede::Supersede, tables::Tables,
+    run::Run, say, serve::Serve, show::Show, supersede::Supersede, tables::Tables,
 };
 use situ_bench::error::BenchError;
 
@@ -53,6 +53,7 @@ enum Verb {
     Ask(Ask),
     Import(Import),
     Export(Export),
+    Serve(Serve),
     Show(Show),
     Supersede(Supersede),
 }
@@ -79,6 +80,7 @@ fn main() -> ExitCode {
         Verb::Ask(ask) => ask.run().and_then(|text| print(&text)),
         Verb::Export(export) => export.run().and_then(|text| print(&text)),
         Verb::Import(import) => import.run().and_then(|text| print(&text)),
+        Verb::Serve(serve) => serve.run().and_then(|text| print(&text)),
         Verb::Show(show) => show.run().and_then(|text| print(&text)),
         Verb::Supersede(supersede) => supersede.run().and_then(|text| print(&text)),
     };

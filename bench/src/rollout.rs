@@ -10,9 +10,8 @@ use situ::place::{NodeId, Place};
 use situ::segment::RelativeKeyframe;
 use situ::state::State;
 use situ::trail::{StepEnd, TrailStep};
-use situ_sim::{GripperCommand, MAX_OPENING, MotionEnd, World};
 use situ_tasks::{Episode, Moment};
-use situ_teachers::convert::{gripper_command, observe};
+use situ_teachers::convert::observe;
 
 use crate::calibration::{Choice, Due};
 use crate::ended::Ended;
@@ -20,6 +19,7 @@ use crate::error::BenchError;
 use crate::executor::{Executor, Follows, Pursuit};
 use crate::memo::{Action, Cursor, Performed};
 use crate::observer::Observer;
+use crate::stride::Stride;
 
 /// A rollout is stopped after so many primitives: more than twice as many as the longest task needs.
 const MOST_PRIMITIVES: usize = 40;
@@ -237,43 +237,22 @@ fn go_through(
     keyframes: &[RelativeKeyframe],
 ) -> Option<Ended> {
     for (index, keyframe) in keyframes.iter().enumerate() {
-        let command = gripper_command(keyframe.gripper, MAX_OPENING);
-        let gripper = (!same(command, episode.world().gripper())).then_some(command);
         guards.observer.sets_off(reference, index, keyframes.len());
-        let observer = &mut |world: &World| guards.observer.step(world);
-        let end = episode.perform(&(frame * keyframe.pose), gripper, keyframe.hold, observer);
-        if !episode.is_sound() {
-            return Some(Ended::Spoilt);
-        }
-        episode.reached_keyframe(reference, index);
-        match end {
-            MotionEnd::Aborted { .. } => return Some(Ended::Aborted),
-            MotionEnd::OutOfReach => return Some(Ended::OutOfReach),
-            MotionEnd::NoPlan => return Some(Ended::NoPlan),
-            MotionEnd::Guarded { .. } => {
+        let RelativeKeyframe { pose, gripper, hold } = keyframe;
+        let stride = Stride { target: frame * pose, gripper: *gripper, hold: *hold, about: (reference, index) };
+        match stride.go(episode, &mut |world| guards.observer.step(world)) {
+            Err(reason) => return Some(reason),
+            Ok(Some(_)) => {
                 guards.met = true;
                 if let Some(reason) = guards.watch.stops(episode, Moment::Guard, reference) {
                     return Some(reason);
                 }
             }
-            MotionEnd::Reached => {}
+            Ok(None) => {}
         }
         if episode.finished_out_of_time() {
             return Some(Ended::TimeOut);
         }
     }
     None
-}
-
-/// A learned command is a mean. Within this of the command in force, it is that command. Metres.
-const SAME_OPENING: f64 = 1e-3;
-/// The same for a force, newtons.
-const SAME_FORCE: f64 = 0.5;
-
-fn same(left: GripperCommand, right: GripperCommand) -> bool {
-    match (left, right) {
-        (GripperCommand::Open(left), GripperCommand::Open(right)) => (left - right).abs() < SAME_OPENING,
-        (GripperCommand::Close(left), GripperCommand::Close(right)) => (left - right).abs() < SAME_FORCE,
-        _ => false,
-    }
 }

@@ -49,8 +49,8 @@ impl<'a> View<'a> {
         self.filled.iter().find(|(role, _)| *role == name).map_or(Some(name), |(_, object)| *object)
     }
 
-    /// Pose of an object's frame in the world.
-    pub(crate) fn pose(&self, object: &str) -> Option<Pose> {
+    /// Pose of an object's frame in the world, in metres. None if there is no such object, or it has not been seen.
+    pub fn pose(&self, object: &str) -> Option<Pose> {
         self.sight.map_or_else(|| self.world.pose(object), |sight| sight.pose(object))
     }
 

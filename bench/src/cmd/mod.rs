@@ -11,6 +11,7 @@ pub mod library;
 pub mod list;
 pub mod merge;
 pub mod run;
+pub mod serve;
 pub mod show;
 pub mod supersede;
 pub mod tables;

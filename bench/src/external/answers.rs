@@ -181,6 +181,47 @@ pub(super) struct Saved {
     pub(super) model: Value,
 }
 
+/// The fields of a line that answers the question of this number.
+///
+/// # Errors
+/// What was expected.
+pub(super) fn fields(line: &str, asked: u64) -> Result<Map<String, Value>, String> {
+    let fields = match serde_json::from_str(line) {
+        Ok(Value::Object(fields)) => fields,
+        Ok(_) => return Err("expected a JSON object".to_owned()),
+        Err(error) => return Err(format!("expected a line of JSON, which has no NaN ({error})")),
+    };
+    if fields.get("id").and_then(Value::as_u64) != Some(asked) {
+        return Err(format!("expected an answer with \"id\": {asked}"));
+    }
+    match fields.get("error") {
+        None | Some(Value::String(_)) => Ok(fields),
+        Some(_) => Err("expected \"error\" to be a text".to_owned()),
+    }
+}
+
+/// Whether a line is an answer to a question, for whoever writes a method: `question` is its `do`, and its `id` is 1.
+/// What the benchmark holds against the model besides, such as the names of places, is not looked at.
+///
+/// # Errors
+/// What was expected.
+pub fn check_answer(question: &str, line: &str) -> Result<(), String> {
+    let fields = fields(line, 1)?;
+    if fields.contains_key("error") {
+        return Ok(());
+    }
+    match question {
+        "hello" => read::<Hello>(question, fields).map(drop),
+        "teach" | "load" => read::<Taught>(question, fields).map(drop),
+        "correct" => read::<Corrected>(question, fields).and_then(|answer| answer.counters()).map(drop),
+        "next" => read::<Next>(question, fields).map(drop),
+        "keyframes" => read::<Executed>(question, fields).and_then(Executed::relative).map(drop),
+        "graph" => read::<Structure>(question, fields).map(drop),
+        "save" => read::<Saved>(question, fields).map(drop),
+        other => Err(format!("no question is called `{}`", shown(other))),
+    }
+}
+
 /// Reads an answer.
 ///
 /// # Errors
@@ -204,18 +245,18 @@ mod tests {
 
     use super::*;
 
-    fn fields(value: Value) -> Map<String, Value> {
+    fn keys(value: Value) -> Map<String, Value> {
         value.as_object().unwrap().clone()
     }
 
     #[test]
     fn a_mistake_is_told_with_its_key() {
-        let next = |value| read::<Next>("next", fields(value)).err();
+        let next = |value| read::<Next>("next", keys(value)).err();
         assert_eq!(next(json!({"id": 3, "children": [{"place": "p", "probability": 0.5}]})), None);
         let problem = next(json!({"children": [{"place": "p", "probability": "likely"}]})).unwrap();
         assert!(problem.starts_with("the answer to `next`, key `children[0].probability`: invalid type"), "{problem}");
         assert!(next(json!({"childern": []})).unwrap().contains("unknown field `childern`"));
-        let hello = |value| read::<Hello>("hello", fields(value));
+        let hello = |value| read::<Hello>("hello", keys(value));
         let good = json!({"summary": "s", "source": "t", "role": "correct", "edits": ["node_addition"]});
         assert_eq!(hello(good.clone()).unwrap().edits, [Edit::NodeAddition, Edit::None]);
         for (key, value) in [("role", json!("teach")), ("edits", json!(["node"]))] {
@@ -227,7 +268,7 @@ mod tests {
 
     #[test]
     fn counters_that_are_given_count_and_the_others_are_none() {
-        let read = |value| read::<Corrected>("correct", fields(value)).and_then(|answer| answer.counters());
+        let read = |value| read::<Corrected>("correct", keys(value)).and_then(|answer| answer.counters());
         assert_eq!(read(json!({})), Ok(Counters::default()));
         let given = json!({"counters": {"hmm_fits": 3, "logistic_steps": 2}});
         assert_eq!(read(given), Ok(Counters { hmm_fits: 3, logistic_steps: 2, ..Counters::default() }));
@@ -241,7 +282,7 @@ mod tests {
         let keyframe = |quaternion: [f64; 4]| {
             let keyframe = json!({"position": [0.1, 0, 1], "quaternion_wxyz": quaternion, "gripper": {"open": 0.05}});
             let answer = json!({"reference": "bowl", "keyframes": [keyframe]});
-            read::<Executed>("keyframes", fields(answer)).and_then(Executed::relative)
+            read::<Executed>("keyframes", keys(answer)).and_then(Executed::relative)
         };
         let (_, keyframes) = keyframe([turned.w, turned.i, turned.j, turned.k]).unwrap();
         assert_eq!((*keyframes[0].pose.rotation, keyframes[0].hold), (turned, 0.0));

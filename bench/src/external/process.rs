@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Map, Value};
 use situ_tasks::name::{one_line, shown};
 
+use super::answers::fields;
 use super::file::Described;
 use super::interrupt::Interrupt;
 use super::log::{Log, Tail};
@@ -141,22 +142,13 @@ impl Process {
         // Where the process has ended, there is no answer either, and that is told below.
         self.to.as_ref().map(|to| to.send(line));
         let answer = self.wait(limit, interrupt).map_err(|problem| self.broken(&what, &problem))?;
-        let refuse = |problem: &str| {
+        let fields = fields(&answer, self.asked).map_err(|problem| {
             let answer: String = one_line(&answer).chars().take(QUOTED).collect();
             self.broken(&what, &format!("{problem}, found `{answer}`"))
-        };
-        let fields = match serde_json::from_str(&answer) {
-            Ok(Value::Object(fields)) => fields,
-            Ok(_) => return Err(refuse("expected a JSON object")),
-            Err(error) => return Err(refuse(&format!("expected a line of JSON, which has no NaN ({error})"))),
-        };
-        if fields.get("id").and_then(Value::as_u64) != Some(self.asked) {
-            return Err(refuse(&format!("expected an answer with \"id\": {}", self.asked)));
-        }
+        })?;
         match fields.get("error") {
-            None => Ok(fields),
             Some(Value::String(why)) => Err(Fault::Refused(shown(why))),
-            Some(_) => Err(refuse("expected \"error\" to be a text")),
+            _ => Ok(fields),
         }
     }
 

@@ -16,6 +16,7 @@ mod readme;
 mod recorded;
 mod roles;
 mod run;
+mod serve;
 mod shards;
 mod show;
 mod small;

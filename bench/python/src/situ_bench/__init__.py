@@ -11,7 +11,16 @@ A method is a class; a program is a method that is served:
         serve(Mine())
 
 `situ-bench run --methods FILE.toml --method NAME` runs it. Nothing but the standard library is needed.
+
+`Env` is a task as an environment of Gymnasium, which needs gymnasium and numpy; `Client` asks `situ-bench serve`, and
+needs neither.
 """
+
+from __future__ import annotations
+
+from typing import Any
+
+from .client import Client, ServeError
 
 from .demonstration import Demonstration, Gripper, Keyframe, Pose, Segment, read_demonstration, write_demonstration
 from .ledger import read_ledger, rows, to_pandas
@@ -20,6 +29,7 @@ from .server import serve
 
 __all__ = [
     "Child",
+    "Client",
     "Counters",
     "Demonstration",
     "Execution",
@@ -33,6 +43,7 @@ __all__ = [
     "RelativeKeyframe",
     "Schema",
     "Segment",
+    "ServeError",
     "Step",
     "read_demonstration",
     "read_ledger",
@@ -41,3 +52,12 @@ __all__ = [
     "to_pandas",
     "write_demonstration",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """`Env` is imported when it is asked for: the rest of the package needs no gymnasium."""
+    if name == "Env":
+        from .env import Env
+
+        return Env
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,6 +1,6 @@
-//! What must hold of any bytes that a stranger takes for a file of ours. The tests and the fuzzers (`bench/fuzz`) ask
-//! the same. A file is refused with its name, a line that it has, and one line of plain text; or it is accepted, and
-//! then it can be used. Each check says whether it was accepted.
+//! What must hold of any bytes that a stranger takes for a file of ours, or writes into one of our programs line by
+//! line. The tests and the fuzzers (`bench/fuzz`) ask the same. A file is refused with its name, a line that it has,
+//! and one line of plain text; or it is accepted, and then it can be used. Each check says whether it was accepted.
 
 use std::path::Path;
 use std::sync::OnceLock;
@@ -12,15 +12,16 @@ use situ_bench::asked::answer;
 use situ_bench::cmd::learn::learn;
 use situ_bench::demonstration_file::{DemonstrationFile, render};
 use situ_bench::error::BenchError;
-use situ_bench::external::Methods;
+use situ_bench::external::{Methods, check_answer};
 use situ_bench::import::{Imported, Mapping, import, import_bytes};
 use situ_bench::kept_model::KeptModel;
 use situ_bench::ledger::{self, Canonical};
 use situ_bench::plan::{Filter, Plan};
 use situ_bench::protocol::Protocol;
 use situ_bench::record::Record;
+use situ_bench::serve::Service;
 use situ_bench::tables::{self, Heading};
-use situ_tasks::{Predicate, Registry, Task, name};
+use situ_tasks::{Plant, Predicate, Registry, Task, name};
 use situ_teachers::{Profile, Roster, Way};
 
 /// What the file is called. No text of a file holds this name by itself.
@@ -293,4 +294,54 @@ fn dataset(bytes: &[u8]) -> bool {
     std::fs::write(data.join("file-000.parquet"), bytes).expect("a file");
     let mapping = Mapping::parse(COLUMNS, Path::new("map.toml")).expect("a sound mapping");
     imports(import(&[folder.path().to_owned()], &mapping))
+}
+
+/// The lines of one session that are answered at most, and the letters of one that is.
+const FEW_REQUESTS: usize = 16;
+const SHORT: usize = 4000;
+/// The questions to a method.
+const QUESTIONS: [&str; 8] = ["hello", "teach", "load", "correct", "next", "keyframes", "graph", "save"];
+
+/// One answer to a line: an object on one line. Says whether the request was done.
+fn answered(service: &mut Service, line: &str) -> (serde_json::Value, bool) {
+    let reply = service.answer(line);
+    assert!(!reply.line.chars().any(char::is_control), "{:?}", reply.line);
+    let answer: serde_json::Value = serde_json::from_str(&reply.line).expect("an answer is JSON");
+    assert!(answer.is_object() && answer.get("id").is_some(), "{answer}");
+    let problem = answer.get("error").map(|problem| problem.as_str().expect("a text").to_owned());
+    if let Some(problem) = &problem {
+        plain(problem);
+        assert!(!problem.contains("a fault of the program"), "{line}: {problem}");
+    }
+    (answer, problem.is_none())
+}
+
+/// Requests to `serve`, one a line. Each is answered, and where it is refused, the episode is as it was.
+pub fn requests(bytes: &[u8]) -> bool {
+    let Ok(text) = str::from_utf8(bytes) else { return false };
+    let hand = registry().clone().with_plant(Plant::Hand);
+    let mut service = Service::new(hand, roster().clone(), "hand").without_files();
+    let (mut all_done, observe) = (true, r#"{"do": "observe"}"#);
+    for line in text.lines().filter(|line| line.len() < SHORT).take(FEW_REQUESTS) {
+        let (before, _) = answered(&mut service, observe);
+        let (_, is_done) = answered(&mut service, line);
+        all_done &= is_done;
+        if !is_done {
+            assert_eq!(answered(&mut service, observe).0, before, "{line}");
+        }
+    }
+    all_done
+}
+
+/// Answers of an external method, one a line. Each is an answer to some question, or refused in one line of text.
+pub fn answers(bytes: &[u8]) -> bool {
+    let Ok(text) = str::from_utf8(bytes) else { return false };
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let mut all_are = true;
+    for line in text.lines() {
+        let problems = QUESTIONS.map(|question| check_answer(question, line).err());
+        problems.iter().flatten().for_each(|problem| plain(&name::shown(problem)));
+        all_are &= problems.iter().any(Option::is_none);
+    }
+    all_are
 }

@@ -46,6 +46,8 @@ const DEMONSTRATIONS: [&str; 3] = [
 const TEACHERS: [&str; 1] = [include_str!("../../../../synth_teachers/src/profiles.toml")];
 const RECORDINGS: [&str; 2] =
     [include_str!("../../../examples/recording/saucer.csv"), include_str!("../../../examples/recording/saucer.toml")];
+const REQUESTS: [&str; 1] = [include_str!("../../../examples/lines/requests.jsonl")];
+const ANSWERS: [&str; 1] = [include_str!("../../../examples/lines/answers.jsonl")];
 /// The published ledger.
 const LEDGER: &str = include_str!("../../../../results/quick/ledger.jsonl");
 /// Every so many lines of the published ledger make a small one.
@@ -53,6 +55,8 @@ const LINES_APART: usize = 23;
 
 /// Cases of each test, where they are not soaked.
 const CASES: u32 = 256;
+/// The same where each is an episode.
+const SESSIONS: u32 = 64;
 
 /// Runs a check on whatever `strategy` makes.
 fn holds<S: Strategy>(strategy: S, cases: u32, check: impl Fn(&S::Value)) {
@@ -137,6 +141,16 @@ fn ledgers() {
     survives(checks::ledger, &few.iter().map(String::as_str).collect::<Vec<_>>(), CASES);
 }
 
+#[test]
+fn requests_to_serve() {
+    survives(checks::requests, &REQUESTS, SESSIONS);
+}
+
+#[test]
+fn answers_of_methods() {
+    survives(checks::answers, &ANSWERS, CASES);
+}
+
 /// What fuzzers and mutations have found, each with what is said of it now.
 #[test]
 fn what_was_found_stays_mended() {
@@ -202,6 +216,8 @@ fn any_bytes() {
             checks::model,
             checks::question,
             checks::recording,
+            checks::requests,
+            checks::answers,
         ] {
             check(bytes);
         }
