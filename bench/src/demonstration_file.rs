@@ -117,8 +117,8 @@ use std::path::{Path, PathBuf};
 
 use situ::demonstration::{Demonstration, Keyframe, Pose};
 use situ::state::Schema;
-use situ_tasks::PoseSchema;
 use situ_tasks::name::shown;
+use situ_tasks::{PoseSchema, Poses};
 
 use crate::digest;
 use crate::error::BenchError;
@@ -142,6 +142,8 @@ pub struct DemonstrationFile {
     pub version: u32,
     /// How its states follow from the poses in it; `None` where it gives the states.
     pub features: Option<PoseSchema>,
+    /// The poses of everything before the motion to each keyframe, and after the last; empty where it gives the states.
+    pub worlds: Vec<Poses>,
     path: PathBuf,
     text: String,
 }
@@ -177,8 +179,8 @@ impl DemonstrationFile {
             mistaken(path, error.line().max(1), &key, &problem)
         })?;
         match checked(file) {
-            Ok(Checked { demonstration, schema, before, version, features }) => {
-                Ok(Self { demonstration, schema, before, version, features, path: path.to_owned(), text })
+            Ok(Checked { demonstration, schema, before, version, features, worlds }) => {
+                Ok(Self { demonstration, schema, before, version, features, worlds, path: path.to_owned(), text })
             }
             Err((key, problem)) => Err(refuse(path, &text, &key, problem)),
         }

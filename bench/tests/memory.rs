@@ -194,6 +194,7 @@ fn print(taken: &[Taken]) {
 /// linear work does without memory of its size.
 #[test]
 fn one_model_takes_any_number_of_corrections() {
+    println!("SITU_SEED={}", soak::seed());
     let taken = corrected(CORRECTIONS * soak::times());
     print(&taken);
     let tenth = taken.len() / 10;
@@ -209,8 +210,13 @@ fn one_model_takes_any_number_of_corrections() {
     assert!(late_work < 1.25 * early_work, "{early_work} bytes asked for a segment, later {late_work}");
     for one in &taken {
         assert!(one.counters.segments_touched <= 2 * one.segments as u64, "{:?}", one.counters);
-        assert!(one.counters.classifier_fits <= 3 * one.places as u64, "{} places: {:?}", one.places, one.counters);
+        // Obedience (decision D22) may take samples away one by one, with a fit after each: as many as the nodes have.
+        let most = 3 * one.places + one.segments;
+        assert!(one.counters.classifier_fits <= most as u64, "{} places: {:?}", one.places, one.counters);
     }
+    let many = taken.iter().filter(|one| one.counters.classifier_fits > 3 * one.places as u64).count();
+    println!("{many} corrections made more than three fits for each place that they touch");
+    assert!(100 * many <= taken.len(), "{many} of {} corrections", taken.len());
 }
 
 /// The memo of a run keeps copies of episodes up to so many bytes, by what they say themselves.

@@ -2,7 +2,7 @@
 
 use situ::demonstration::{Demonstration, Keyframe, Kind};
 use situ::state::Schema;
-use situ_tasks::PoseSchema;
+use situ_tasks::{PoseSchema, Poses};
 
 use super::before::{Before, BeforeStep};
 use super::content::{FileContent, FileKeyframe, FileStep};
@@ -17,6 +17,8 @@ pub(super) struct Checked {
     pub(super) version: u32,
     /// How states follow from poses, where they do.
     pub(super) features: Option<PoseSchema>,
+    /// The poses before each keyframe and after the last, where the file gives them.
+    pub(super) worlds: Vec<Poses>,
 }
 
 fn keyframe(keyframe: &FileKeyframe, perceived: &Perceived, key: &str) -> Result<Keyframe, Mistake> {
@@ -49,6 +51,7 @@ pub(super) fn checked(file: FileContent) -> Result<Checked, Mistake> {
         return Err(mistake("keyframes", "an empty demonstration, expected at least one keyframe"));
     }
     let perceived = Perceived::of(&file)?;
+    let worlds = perceived.worlds(&file)?;
     let step = |(index, step): (usize, FileStep)| {
         let keys = (format!("trail[{index}].state"), format!("trail[{index}].world"));
         let state = perceived.state(step.state.as_deref(), step.world.as_ref(), keys)?;
@@ -70,5 +73,5 @@ pub(super) fn checked(file: FileContent) -> Result<Checked, Mistake> {
     let demonstration = Demonstration::new(file.name, file.kind, &schema, keyframes, final_state, file.carried_to_end)
         .map_err(|error| mistake(".", error.to_string()))?;
     let (version, features) = (file.version.unwrap_or(1), perceived.features().cloned());
-    Ok(Checked { demonstration, schema, before, version, features })
+    Ok(Checked { demonstration, schema, before, version, features, worlds })
 }

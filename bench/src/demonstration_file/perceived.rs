@@ -155,6 +155,15 @@ impl Perceived {
         }
     }
 
+    /// The poses before the motion to each keyframe, and those after the last; none where the file gives states.
+    pub(super) fn worlds(&self, file: &FileContent) -> Result<Vec<Poses>, Mistake> {
+        let Self::Worlds { .. } = self else { return Ok(Vec::new()) };
+        let before = file.keyframes.iter().enumerate();
+        let before = before.map(|(index, keyframe)| (format!("keyframes[{index}].world"), keyframe.world.as_ref()));
+        let all = before.chain([("final_world".to_owned(), file.final_world.as_ref())]);
+        all.filter_map(|(key, world)| Some(self.poses(world?, &key))).collect()
+    }
+
     /// The poses of a world of the file.
     fn poses(&self, world: &FileWorld, key: &str) -> Result<Poses, Mistake> {
         let Self::Worlds { features, objects, may_be_absent, .. } = self else { unreachable!("it has worlds") };

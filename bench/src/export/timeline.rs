@@ -1,15 +1,17 @@
 //! Demonstrations as frames, some in every second.
 //!
 //! A demonstration file has no clock. So the hand goes from keyframe to keyframe in a straight line at [`SPEED`] and
-//! [`TURN`], whichever takes longer, and rests there for the keyframe's `hold`, for a frame at least. A correction
-//! stands behind its attempt: the segments of the demonstration that it names, up to the one that ran last. That is
-//! what the model had learned to do, not what the robot did: nobody recorded that.
+//! [`TURN`], whichever takes longer, and rests there for the keyframe's `hold`, for a frame at least. Where the file
+//! gives the poses of everything, the objects are there; where it gives states, each is where a keyframe about it says.
+//! A correction stands behind its attempt: the segments of the demonstration that it names, up to the one that ran
+//! last. That is what the model had learned to do, not what the robot did: nobody recorded that.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::UnitQuaternion;
 use situ::demonstration::{Gripper, Keyframe, Kind, Pose};
 use situ::segmentation::lengths;
+use situ_tasks::Poses;
 
 use crate::demonstration_file::DemonstrationFile;
 use crate::demonstration_file::Instance;
@@ -56,9 +58,13 @@ pub(super) struct Timeline<'a> {
 /// The timeline of files in the order in which they are learned.
 pub(super) fn timeline(files: &[DemonstrationFile]) -> Timeline<'_> {
     let keyframes = || files.iter().flat_map(|file| file.demonstration.keyframes());
-    let names: BTreeSet<&str> = keyframes().map(|keyframe| &*keyframe.reference).collect();
+    let seen = files.iter().flat_map(|file| &file.worlds).flat_map(|world| world.objects.keys().map(String::as_str));
+    let names: BTreeSet<&str> = keyframes().map(|keyframe| &*keyframe.reference).chain(seen).collect();
     let objects: Vec<&str> = names.into_iter().collect();
     let mut first: BTreeMap<&str, Pose> = BTreeMap::new();
+    for (name, pose) in files.iter().flat_map(|file| &file.worlds).flat_map(|world| &world.objects) {
+        first.entry(name).or_insert(*pose);
+    }
     for keyframe in keyframes() {
         first.entry(&keyframe.reference).or_insert(keyframe.reference_pose);
     }
@@ -69,7 +75,9 @@ pub(super) fn timeline(files: &[DemonstrationFile]) -> Timeline<'_> {
     let widest = widths.fold(0.0, f64::max);
     let (mut episodes, mut unknown) = (Vec::new(), Vec::new());
     for (index, file) in files.iter().enumerate() {
-        let own: BTreeSet<&str> = file.demonstration.keyframes().iter().map(|each| &*each.reference).collect();
+        let seen = file.worlds.iter().flat_map(|world| world.objects.keys().map(String::as_str));
+        let own = file.demonstration.keyframes().iter().map(|each| &*each.reference);
+        let own: BTreeSet<&str> = own.chain(seen).collect();
         let missing: Vec<&str> = objects.iter().copied().filter(|name| !own.contains(name)).collect();
         if !missing.is_empty() {
             unknown.push((file.demonstration.name().as_ref(), missing));
@@ -78,14 +86,23 @@ pub(super) fn timeline(files: &[DemonstrationFile]) -> Timeline<'_> {
         for part in attempt(file, &files[..index]) {
             player.play(part, false);
         }
-        player.play(file.demonstration.keyframes(), file.demonstration.kind() == Kind::Corrective);
+        let all = file.demonstration.keyframes();
+        player.play(Part { keyframes: all, worlds: &file.worlds }, file.demonstration.kind() == Kind::Corrective);
         episodes.push(ExportedEpisode { file, frames: player.frames });
     }
     Timeline { objects, episodes, unknown, widest }
 }
 
-/// The keyframes of what is taken to have been done before a correction, demonstration by demonstration.
-fn attempt<'a>(file: &DemonstrationFile, former: &'a [DemonstrationFile]) -> Vec<&'a [Keyframe]> {
+/// Some keyframes from the first of a demonstration on, and its worlds, where they are known: before each, and after
+/// the last.
+#[derive(Clone, Copy)]
+struct Part<'a> {
+    keyframes: &'a [Keyframe],
+    worlds: &'a [Poses],
+}
+
+/// What is taken to have been done before a correction, demonstration by demonstration.
+fn attempt<'a>(file: &DemonstrationFile, former: &'a [DemonstrationFile]) -> Vec<Part<'a>> {
     let Some(Instance { demonstration, segment }) = &file.before.after else { return Vec::new() };
     let Some(index) = former.iter().position(|other| **other.demonstration.name() == **demonstration) else {
         return Vec::new();
@@ -93,7 +110,7 @@ fn attempt<'a>(file: &DemonstrationFile, former: &'a [DemonstrationFile]) -> Vec
     let other = &former[index];
     let done: usize = lengths(&other.demonstration).iter().take(*segment as usize + 1).sum();
     let mut parts = attempt(other, &former[..index]);
-    parts.push(&other.demonstration.keyframes()[..done]);
+    parts.push(Part { keyframes: &other.demonstration.keyframes()[..done], worlds: &other.worlds });
     parts
 }
 
@@ -106,10 +123,16 @@ struct Player<'a, 'b> {
 }
 
 impl<'a> Player<'a, '_> {
-    fn play(&mut self, keyframes: &'a [Keyframe], intervention: bool) {
-        for (index, keyframe) in keyframes.iter().enumerate() {
-            let objects = self.poses(keyframes, index);
-            let next = self.poses(keyframes, (index + 1).min(keyframes.len() - 1));
+    fn play(&mut self, part: Part<'a>, intervention: bool) {
+        // A person steps in where the robot is then, wherever its attempt has led to here.
+        let begins = self.frames.is_empty() || intervention;
+        if let (Some(world), Some(keyframe), true) = (part.worlds.first(), part.keyframes.first(), begins) {
+            let (hand, objects) = (world.hand, self.poses(part, 0));
+            let gripper = world.opening.map_or(keyframe.gripper, Gripper::Open);
+            self.frames.push(ExportedFrame { hand, objects, gripper, mark: 0, keyframe, intervention });
+        }
+        for (index, keyframe) in part.keyframes.iter().enumerate() {
+            let (objects, next) = (self.poses(part, index), self.poses(part, index + 1));
             let (to, last) = (keyframe.gripper_pose, self.frames.last());
             let from = last.map_or(to, |last| last.hand);
             let before = last.map_or(keyframe.gripper, |last| last.gripper);
@@ -133,10 +156,14 @@ impl<'a> Player<'a, '_> {
         }
     }
 
-    /// Where the objects are before the motion to a keyframe: each where a keyframe about it last said so; or will say;
-    /// or another file did.
-    fn poses(&self, keyframes: &[Keyframe], index: usize) -> Vec<Pose> {
+    /// Where the objects are before the motion to a keyframe, or after the last: each where the world says so; or where
+    /// a keyframe about it last did, or will; or where another file did.
+    fn poses(&self, Part { keyframes, worlds }: Part<'_>, index: usize) -> Vec<Pose> {
+        let (world, index) = (worlds.get(index), index.min(keyframes.len() - 1));
         let pose = |name: &&str| {
+            if let Some(pose) = world.and_then(|world| world.objects.get(*name)) {
+                return *pose;
+            }
             let own = |keyframe: &&Keyframe| *keyframe.reference == **name;
             let last = keyframes[..=index].iter().rev().find(own);
             let found = last.or_else(|| keyframes[index..].iter().find(own)).map(|keyframe| keyframe.reference_pose);

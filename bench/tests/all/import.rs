@@ -350,8 +350,8 @@ fn the_program_writes_all_or_nothing() {
 }
 
 /// The example demonstrations of the repository, the correction last.
-fn demonstrations() -> Vec<DemonstrationFile> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/demonstrations");
+fn demonstrations(folder: &str) -> Vec<DemonstrationFile> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(folder);
     let read = |name: &str| DemonstrationFile::read(&folder.join(name)).unwrap();
     let mut all: Vec<DemonstrationFile> = ["serve-1.json", "serve-2.json", "lid-first.json"].map(read).into();
     // The same correction after a segment, with words.
@@ -400,6 +400,12 @@ fn is_same(file: &DemonstrationFile, back: &Value, slack: f64) {
             .enumerate()
             .for_each(|(part, own)| near(&value["quaternion"][part], *own));
     };
+    for (world, back) in
+        file.worlds.iter().zip(keyframes.iter().map(|back| &back["world"]).chain([&back["final_world"]]))
+    {
+        world.objects.iter().for_each(|(object, expected)| pose(&back["objects"][object], expected));
+        pose(&back["hand"], &world.hand);
+    }
     for (back, keyframe) in keyframes.iter().zip(demonstration.keyframes()) {
         let Keyframe { reference, reference_pose, gripper_pose, gripper, hold, announced, narration, .. } = keyframe;
         assert_eq!(back["reference"].as_str(), Some(&**reference), "{name}");
@@ -419,10 +425,16 @@ fn is_same(file: &DemonstrationFile, back: &Value, slack: f64) {
 
 #[test]
 fn what_is_exported_comes_back() {
+    for examples in ["demonstrations", "poses"] {
+        comes_back(&demonstrations(examples));
+    }
+}
+
+fn comes_back(files: &[DemonstrationFile]) {
     let folder = tempfile::tempdir().unwrap();
-    let (files, dataset, file) = (demonstrations(), folder.path().join("dataset"), folder.path().join("all.mcap"));
+    let (dataset, file) = (folder.path().join("dataset"), folder.path().join("all.mcap"));
     let exports =
-        [(mcap(&files, &file).unwrap(), &file, 0.0), (lerobot(&files, "serve", &dataset).unwrap(), &dataset, 1e-6)];
+        [(mcap(files, &file).unwrap(), &file, 0.0), (lerobot(files, "serve", &dataset).unwrap(), &dataset, 1e-6)];
     for (exported, recording, slack) in exports {
         let all = parsed(&back(&exported, recording));
         assert_eq!(all.len(), files.len());
@@ -430,7 +442,7 @@ fn what_is_exported_comes_back() {
             is_same(file, back, slack);
         }
         // The same again gives the same bytes.
-        let again = if slack > 0.0 { lerobot(&files, "serve", &dataset) } else { mcap(&files, &file) };
+        let again = if slack > 0.0 { lerobot(files, "serve", &dataset) } else { mcap(files, &file) };
         assert_eq!(again.unwrap(), exported);
     }
 }
@@ -438,7 +450,7 @@ fn what_is_exported_comes_back() {
 #[test]
 fn an_attempt_without_marks_is_found_on_its_original() {
     let folder = tempfile::tempdir().unwrap();
-    let (files, file) = (demonstrations(), folder.path().join("all.mcap"));
+    let (files, file) = (demonstrations("demonstrations"), folder.path().join("all.mcap"));
     let mut exported = mcap(&files, &file).unwrap();
     // What the mapping says of the stop is left out, so that it is looked for.
     let said = |line: &&str| !line.starts_with("after") && !line.starts_with("interrupted");
@@ -451,7 +463,7 @@ fn an_attempt_without_marks_is_found_on_its_original() {
 #[test]
 fn other_recordings_are_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
-    let (files, file) = (demonstrations(), folder.path().join("all.mcap"));
+    let (files, file) = (demonstrations("demonstrations"), folder.path().join("all.mcap"));
     let exported = mcap(&files, &file).unwrap();
     back(&exported, &file);
     let refused = |from: &str, to: &str| {
@@ -520,7 +532,7 @@ fn no_bytes_make_it_panic() {
         let mapping = String::from_utf8(text).ok().and_then(|text| Mapping::parse(&text, path).ok());
         let _ = mapping.map(|mapping| import_bytes(few.as_bytes(), path, &mapping).map_err(|error| plain(&error)));
     });
-    let files = &demonstrations()[..1];
+    let files = &demonstrations("demonstrations")[..1];
     let exported = mcap(files, path).unwrap();
     let mcap_mapping = mapping(&exported.mapping);
     holds(changes(), |(changes, cut)| {
@@ -549,7 +561,7 @@ fn a_damaged_length_asks_for_no_memory() {
 fn no_damaged_dataset_makes_it_panic() {
     let folder = tempfile::tempdir().unwrap();
     let dataset: PathBuf = folder.path().join("dataset");
-    let exported = lerobot(&demonstrations()[..1], "serve", &dataset).unwrap();
+    let exported = lerobot(&demonstrations("demonstrations")[..1], "serve", &dataset).unwrap();
     back(&exported, &dataset);
     let mapping = mapping(&exported.mapping);
     for (file, content) in &exported.files {
