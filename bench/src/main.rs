@@ -33,7 +33,7 @@ Examples:
   situ-bench learn original.json --correct correction.json --dot model.dot
   situ-bench ask model.json '{\"do\": \"graph\"}'
 
-Exit status: 0; 1 where the machine or a check failed; 2 where the input was bad; 130 where it was interrupted. A run
+Exit status: 0; 1 where the machine or a check failed; 2 where the input was bad; 130 where it was interrupted. A run \
 that broke off is in the ledger and in the table `endings`, and no failure of the program."
 )]
 struct Arguments {

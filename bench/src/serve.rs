@@ -4,7 +4,6 @@
 //! Starts are those of `show`, keyframes are gone to as in rollouts, and teachers are those of the benchmark. Whatever
 //! a line holds, it is answered; where it cannot be done, the answer says what could be, and the episode is as it was.
 
-mod base64;
 mod deed;
 mod request;
 mod seen;
@@ -15,6 +14,8 @@ mod token;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 use situ_sim::MAX_OPENING;
 use situ_tasks::name::shown;
@@ -257,7 +258,7 @@ impl Service {
             PictureFormat::Rgb => ("rgb", image.rgb),
         };
         let Some(path) = path else {
-            return Ok(json!({"width": width, "height": height, word: base64::text(&bytes)}));
+            return Ok(json!({"width": width, "height": height, word: STANDARD.encode(&bytes)}));
         };
         files::write_all(&[(PathBuf::from(path), bytes)]).map_err(told)?;
         Ok(json!({"width": width, "height": height, "path": path}))
