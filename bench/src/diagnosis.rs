@@ -203,7 +203,7 @@ impl Diagnosis {
             let clamp = if scatter.is_clamped { "; beyond what is believed of a teacher, so held to that" } else { "" };
             let _ = writeln!(
                 text,
-                "  the teacher's scatter: {} where the hand closes or opens,\n    {} elsewhere{clamp}",
+                "  the teacher's scatter: {} where the hand closes or opens,\n    {} elsewhere{clamp};\n    a prior of 2.0 cm and 9° counts as much as three pairs of keyframes",
                 deviation(&scatter.contact),
                 deviation(&scatter.free),
             );

@@ -6,6 +6,7 @@
 
 mod attempt;
 mod csv_sheet;
+mod doubts;
 mod drawn;
 mod frames;
 mod keyframes;
@@ -129,6 +130,7 @@ fn demonstrations(sheets: &[Sheet], mapping: &Mapping) -> Result<Imported, Bench
     let demonstrations = all.iter().map(|finished| {
         let Finished { drawn, after, interrupted, because } = finished;
         report += &format!("\n{}", report::demonstration(drawn, (after.as_ref(), interrupted.as_ref()), because));
+        report += &doubts::of(drawn);
         (drawn.name.clone(), drawn.text(after.clone(), interrupted.clone()))
     });
     Ok(Imported { demonstrations: demonstrations.collect(), report })
@@ -185,10 +187,11 @@ fn check_names(all: &[Finished<'_>], mapping: &Mapping) -> Result<(), BenchError
         }
     }
     for (index, keys) in mapping.keys.overrides.iter().enumerate() {
-        if !met.contains(keys.demonstration.as_str()) {
+        let Some(named) = keys.demonstration.as_deref() else { continue };
+        if !met.contains(named) {
             let known: Vec<&str> = met.iter().copied().collect();
             let at = key(&["override"]).index(index).field("demonstration");
-            let problem = format!("no demonstration `{}`: expected one of {}", keys.demonstration, known.join(", "));
+            let problem = format!("no demonstration `{named}`: expected one of {}", known.join(", "));
             return Err(mapping.refuse(&at, problem));
         }
     }

@@ -26,6 +26,7 @@ use situ::edit::{self, Difference};
 use situ::error::SituError;
 use situ::graph::Graph;
 use situ::method::{Learned, Method};
+use situ::place::{NodeId, Place};
 use situ::segmentation::by_reference_object;
 use situ::state::{Axis, Feature, Schema};
 use situ::trace::Trace;
@@ -53,6 +54,9 @@ pub struct Corrected {
     pub difference: Difference,
     /// The trace of the update.
     pub trace: Trace,
+    /// Where the correction ends before the task does, and the model would then begin it anew: the node that it begins
+    /// with.
+    pub begins_again: Option<NodeId>,
 }
 
 /// A demonstration that a model has seen.
@@ -139,7 +143,19 @@ impl KeptModel {
         let difference = edit::difference(&self.graph, &after);
         self.graph = after;
         self.seen.push(KeptDemonstration::of(file));
-        Ok(Corrected { name: file.demonstration.name().to_string(), difference, trace })
+        let begins_again = self.begins_again(file, &trace).map_err(refuse)?;
+        Ok(Corrected { name: file.demonstration.name().to_string(), difference, trace, begins_again })
+    }
+
+    /// The first node of a correction, where the model would go back to it from its end.
+    fn begins_again(&self, file: &DemonstrationFile, trace: &Trace) -> Result<Option<NodeId>, SituError> {
+        let shown = &file.demonstration;
+        let (Some(first), Some(last)) = (trace.steps.first(), trace.steps.last()) else { return Ok(None) };
+        if shown.carried_to_end() {
+            return Ok(None);
+        }
+        let next = self.learned.next(Place::Node(last.node), shown.final_state())?;
+        Ok(next.and_then(|(place, _)| place.node()).filter(|node| *node == first.node))
     }
 
     /// The error of a stop that the model does not hold.

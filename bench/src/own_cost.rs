@@ -16,6 +16,8 @@ use crate::gate::{self, Verdict};
 use crate::kept_model::{KeptDemonstration, KeptModel};
 use crate::stop::StopPoint;
 
+/// Corrections side by side.
+const COLUMNS: usize = 4;
 /// How often a correction is timed, each time on a copy of the model.
 const TIMES: usize = 5;
 
@@ -77,25 +79,28 @@ pub fn measured(
     Ok(rows)
 }
 
-/// The measurements as a table.
+/// The measurements as a table, a column for each correction.
 pub fn table(rows: &[OwnUpdate]) -> String {
-    let mut table = Table::new();
-    table.load_style(ASCII_MARKDOWN);
-    let names = Counters::default().named().map(|(name, _)| name.replace('_', " "));
-    let head = ["correction", "edit made", "ms (processor)"].map(str::to_owned);
-    table.set_header(head.into_iter().chain(names));
-    for OwnUpdate { correction, edit_made, counters, seconds } in rows {
-        let milliseconds = |index: usize| seconds.get(index).map_or(0.0, |seconds| 1e3 * seconds);
-        let time = format!(
-            "{:.2} [{:.2}, {:.2}]",
-            milliseconds(seconds.len() / 2),
-            milliseconds(0),
-            milliseconds(seconds.len().saturating_sub(1))
-        );
-        let words = [correction.name.clone(), edit_made.to_string(), time];
-        table.add_row(words.into_iter().chain(counters.named().map(|(_, count)| count.to_string())));
+    let mut text = String::new();
+    for few in rows.chunks(COLUMNS) {
+        let mut table = Table::new();
+        table.load_style(ASCII_MARKDOWN);
+        table
+            .set_header(["correction".to_owned()].into_iter().chain(few.iter().map(|row| row.correction.name.clone())));
+        let made = few.iter().map(|row| row.edit_made.to_string());
+        table.add_row(["edit made".to_owned()].into_iter().chain(made));
+        for (word, at) in [("ms (processor), median", TIMES / 2), ("least", 0), ("greatest", TIMES - 1)] {
+            let milliseconds =
+                |row: &OwnUpdate| format!("{:.2}", 1e3 * row.seconds.get(at).copied().unwrap_or_default());
+            table.add_row([word.to_owned()].into_iter().chain(few.iter().map(milliseconds)));
+        }
+        for (index, (name, _)) in Counters::default().named().iter().enumerate() {
+            let counts = few.iter().map(|row| row.counters.named()[index].1.to_string());
+            table.add_row([name.replace('_', " ")].into_iter().chain(counts));
+        }
+        let _ = writeln!(text, "{table}\n");
     }
-    format!("{table}\n")
+    text
 }
 
 impl OwnBaseline {

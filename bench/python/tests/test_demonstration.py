@@ -1,5 +1,6 @@
 """Poses and demonstration files."""
 
+import dataclasses
 import json
 import math
 import pathlib
@@ -9,7 +10,8 @@ import pytest
 
 from situ_bench import Demonstration, Pose, read_demonstration, write_demonstration
 
-FILES = sorted((pathlib.Path(__file__).parents[2] / "examples/demonstrations").glob("*.json"))
+EXAMPLES = pathlib.Path(__file__).parents[2] / "examples"
+FILES = sorted((EXAMPLES / "demonstrations").glob("*.json"))
 
 
 def any_pose(draw: random.Random) -> Pose:
@@ -64,3 +66,18 @@ def test_a_file_needs_its_schema(tmp_path: pathlib.Path) -> None:
     with pytest.raises(ValueError, match="schema"):
         write_demonstration(tmp_path / "x.json", Demonstration("x", "original", [], [], True))
     assert FILES, "the examples are there"
+
+
+def test_a_file_of_poses_is_read_and_written_as_it_was(tmp_path: pathlib.Path) -> None:
+    for path in sorted((EXAMPLES / "poses").glob("*.json")):
+        shown = read_demonstration(path)
+        write_demonstration(tmp_path / path.name, shown)
+        before, after = (json.loads(each.read_text()) for each in (path, tmp_path / path.name))
+        for keyframe in before["keyframes"]:
+            keyframe.setdefault("hold", 0.0)
+        assert after == before
+        first = before["keyframes"][0]
+        assert shown.segments()[0].frame == Pose.of(first["world"]["objects"][first["reference"]])
+        with pytest.raises(ValueError, match="final_world"):
+            others = {key: value for key, value in shown.others.items() if key != "final_world"}
+            write_demonstration(tmp_path / "none.json", dataclasses.replace(shown, others=others))

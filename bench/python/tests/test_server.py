@@ -68,6 +68,44 @@ def test_what_a_method_prints_is_no_answer_and_a_mistake_ends_the_program() -> N
     assert "hello there" in run.stderr and "a mistake" in run.stderr
 
 
+def test_what_is_returned_in_another_form_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    class Mine(Nearest):
+        def next(self, last, state):
+            return [("p0", 1.0)]
+
+        def keyframes(self, *_):
+            return "cup"
+
+        def graph(self):
+            return {"nodes": []}
+
+        def correct(self, *_):
+            return ["node_addition"]
+
+    state, shown = SHOWN[0].keyframes[0].state, SHOWN[0].keys()
+    place = {"place": "p0", "state": state, "execution": "mean", "attempt": 0, "seed": 1}
+    correction = {"last": None, "interrupted": None, "trail": [], "demonstration": shown}
+    for question, expected in [
+        ({"do": "next", "last": None, "state": state}, "next returned ('p0', 1.0): expected a list of Child(place"),
+        ({"do": "keyframes", **place}, "keyframes returned 'cup': expected the name of the reference object"),
+        ({"do": "graph"}, "graph returned {'nodes': []}: expected a Graph"),
+        ({"do": "correct", **correction}, "correct returned ['node_addition']: expected None, or a dict"),
+    ]:
+        with pytest.raises(SystemExit):
+            asked(Mine(), teach(), question)
+        assert expected in capsys.readouterr().err
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    numpy = pytest.importorskip("numpy", reason="skipped: the package numpy is not installed")
+
+    class Mine(Nearest):
+        def save(self):
+            return {"mean": numpy.arange(3, dtype=numpy.float32), "best": numpy.float32(0.5)}
+
+    assert asked(Mine(), teach(), {"do": "save"})[1] == {"model": {"mean": [0.0, 1.0, 2.0], "best": 0.5}}
+
+
 def test_what_is_not_written_is_not_answered() -> None:
     with pytest.raises(SystemExit):
         asked(Method(), {"do": "graph"})

@@ -15,7 +15,9 @@ const QUESTIONS: &str = r#"A question is one JSON object; so is its answer.
 
   {"do": "next", "last": null, "state": [numbers]}
       what may follow the place that ran last (null: nothing ran yet), the
-      likeliest first; "end" is the end of the task
+      likeliest first; "end" is the end of the task. Each probability is that
+      of the place's own classifier, whether it can begin in this state: they
+      do not add up to 1. Our executor stops where the first is below 0.3
   {"do": "keyframes", "place": "z1", "state": [numbers]}
       the reference object, and keyframes relative to it: position in metres,
       quaternion as w, x, y, z, gripper, seconds of hold. May be left out:
@@ -49,6 +51,19 @@ pub struct Ask {
 }
 
 impl Ask {
+    /// Answers the questions of the command line. All answers are printed, whether one of them is an error or not.
+    fn asked(&self, kept: &KeptModel) -> Result<String, BenchError> {
+        let answers: Vec<String> = self.questions.iter().map(|question| answer(kept, question)).collect();
+        let text = answers.join("\n") + "\n";
+        let is_error = |answer: &&String| {
+            serde_json::from_str::<serde_json::Value>(answer).is_ok_and(|answer| answer.get("error").is_some())
+        };
+        let Some(error) = answers.iter().find(is_error) else { return Ok(text) };
+        let written = io::stdout().lock().write_all(text.as_bytes());
+        written.map_err(|source| BenchError::Write { path: PathBuf::from("standard output"), source })?;
+        Err(BenchError::Argument(format!("a question has no answer: {error}")))
+    }
+
     /// Answers, and prints each answer as it comes.
     ///
     /// # Errors
@@ -58,14 +73,7 @@ impl Ask {
         let methods = self.own.known_alone()?;
         let kept = KeptModel::read(&self.model, &methods)?;
         if !self.questions.is_empty() {
-            let answers: Vec<String> = self.questions.iter().map(|question| answer(&kept, question)).collect();
-            let is_error = |answer: &&String| {
-                serde_json::from_str::<serde_json::Value>(answer).is_ok_and(|answer| answer.get("error").is_some())
-            };
-            if let Some(error) = answers.iter().find(is_error) {
-                return Err(BenchError::Argument(format!("a question has no answer: {error}")));
-            }
-            return Ok(answers.join("\n") + "\n");
+            return self.asked(&kept);
         }
         let mut output = io::stdout().lock();
         for line in io::stdin().lock().lines() {

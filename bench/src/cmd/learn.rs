@@ -55,6 +55,10 @@ states follow from them:
             "hand": {"position": …, "quaternion": …},
             "opening": metres}     before the motion to the keyframe
   "final_world": the same          after the last keyframe
+  "objects": [names]              all objects of the task, where one may be absent
+
+"half_turn": "z" in either version says that half a turn of the hand about this
+axis of its own is the same grasp.
 
 All keys: `cargo doc --open`, situ_bench::demonstration_file.
 
@@ -252,7 +256,7 @@ fn report(lesson: &Learning) -> String {
     for (from, to) in &graph.edges {
         let _ = writeln!(text, "  {from} -> {to}");
     }
-    for Corrected { name, difference, trace } in &lesson.corrections {
+    for Corrected { name, difference, trace, begins_again } in &lesson.corrections {
         let Difference { nodes_added, edges_added, nodes_modified, nodes_merged } = difference;
         let _ = writeln!(
             text,
@@ -265,7 +269,7 @@ fn report(lesson: &Learning) -> String {
         for step in &trace.steps {
             let _ = writeln!(
                 text,
-                "  segment on {}: |Z| {} of |T| {}, candidates {}, matched in {}, branch {}, {} after {}",
+                "  segment on {}: {} of {} primitives applicable, {} candidates,\n    matched in {}, branch {}, {} after {}",
                 step.reference,
                 step.applicable.len(),
                 step.model_size,
@@ -278,7 +282,33 @@ fn report(lesson: &Learning) -> String {
         }
         let counters: Vec<String> =
             trace.counters.named().iter().map(|(name, value)| format!("{name} {value}")).collect();
-        let _ = writeln!(text, "  {}", counters.join(", "));
+        let _ = writeln!(text, "  {}", wrapped(&counters));
+        if let Some(node) = begins_again {
+            let _ = writeln!(
+                text,
+                "  careful: in the state in which it ends, the model would do {node} again, with which it began;\n    \
+                 carry it on to where it goes back to what was known, or to the end of the task"
+            );
+        }
+    }
+    text
+}
+
+/// Words with commas, in lines that fit a terminal.
+fn wrapped(words: &[String]) -> String {
+    const WIDEST: usize = 96;
+    let (mut text, mut width) = (String::new(), 2);
+    for (index, word) in words.iter().enumerate() {
+        let word = if index + 1 < words.len() { format!("{word},") } else { word.clone() };
+        if index > 0 && width + 1 + word.len() > WIDEST {
+            text.push_str("\n    ");
+            width = 4;
+        } else if index > 0 {
+            text.push(' ');
+            width += 1;
+        }
+        width += word.len();
+        text.push_str(&word);
     }
     text
 }

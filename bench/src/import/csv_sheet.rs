@@ -8,6 +8,27 @@ use crate::import::sheet::{Cells, MOST_ROWS, Sheet};
 /// The most columns of a file.
 const MOST_COLUMNS: usize = 10_000;
 
+/// Counts the lines of a file. The reader's own count is one short after lines that end as on Windows: it stops between
+/// the two letters of such an end.
+struct Lines<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    line: u64,
+}
+
+impl Lines<'_> {
+    /// The line, from 1, of the record that is read from a byte on; the bytes are asked in their order.
+    fn at(&mut self, byte: u64) -> u64 {
+        let mut byte = usize::try_from(byte).unwrap_or(usize::MAX).min(self.bytes.len());
+        while matches!(self.bytes.get(byte), Some(b'\r' | b'\n')) {
+            byte += 1;
+        }
+        let ends = self.bytes[self.at.min(byte)..byte].iter().filter(|letter| **letter == b'\n').count();
+        (self.at, self.line) = (byte, self.line + ends as u64);
+        self.line
+    }
+}
+
 /// The sheet of a CSV file: a row of names, then a row for each frame, all of one length. A byte-order mark is left
 /// out.
 ///
@@ -21,16 +42,16 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Sheet, BenchError> {
     let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
     let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(bytes);
     let mut columns: Vec<(String, Vec<String>)> = Vec::new();
-    let mut lines = Vec::new();
+    let (mut lines, mut counter) = (Vec::new(), Lines { bytes, at: 0, line: 1 });
     for record in reader.records() {
         let record = match record {
             Ok(record) => record,
             Err(error) => {
-                let line = error.position().map_or(1, csv::Position::line);
+                let line = error.position().map_or(1, |position| counter.at(position.byte()));
                 return refuse(line, "expected text in UTF-8".to_owned());
             }
         };
-        let line = record.position().map_or(1, csv::Position::line);
+        let line = record.position().map_or(1, |position| counter.at(position.byte()));
         if columns.is_empty() {
             if record.len() > MOST_COLUMNS {
                 return refuse(line, format!("{} columns: expected at most {MOST_COLUMNS}", record.len()));

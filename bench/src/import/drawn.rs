@@ -87,7 +87,7 @@ impl<'a> Drawn<'a> {
         let mapping = self.mapping;
         let mut left_out = Vec::new();
         for (number, keys) in mapping.keys.overrides.iter().enumerate() {
-            if keys.demonstration != self.name {
+            if keys.demonstration.as_ref().is_some_and(|named| *named != self.name) {
                 continue;
             }
             let index = self.overridden(number, keys)?;
@@ -221,6 +221,7 @@ impl<'a> Drawn<'a> {
             name: &self.name,
             kind: self.kind,
             half_turn: self.mapping.keys.half_turn,
+            objects: self.mapping.keys.task_objects.clone(),
             after,
             interrupted,
             carried_to_end: self.carried_to_end,

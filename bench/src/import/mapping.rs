@@ -268,7 +268,8 @@ pub(super) struct EpisodeKeys {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct OverrideKeys {
-    pub(super) demonstration: String,
+    /// Of every demonstration, where it is left out.
+    pub(super) demonstration: Option<String>,
     pub(super) keyframe: Option<usize>,
     pub(super) time: Option<f64>,
     pub(super) reference: Option<String>,
@@ -284,6 +285,8 @@ pub(super) struct MappingFile {
     pub(super) name: Option<String>,
     pub(super) kind: Option<Kind>,
     pub(super) half_turn: Option<Axis>,
+    /// The objects of the task, where there are more than the recording has.
+    pub(super) task_objects: Option<Vec<String>>,
     pub(super) quaternion_order: Option<QuaternionOrder>,
     pub(super) follows: Option<String>,
     #[serde(default)]
@@ -375,6 +378,12 @@ impl Mapping {
                 return Err(self.refuse(&at, problem));
             }
             self.check_pose(pose, &at)?;
+        }
+        if let Some(all) = &self.keys.task_objects
+            && let Some(missing) = self.objects().find(|name| !all.iter().any(|other| other == name))
+        {
+            let problem = format!("`{missing}` has a pose below: expected the names of all objects of the task");
+            return Err(self.refuse(&key(&["task_objects"]), problem));
         }
         self.check_numbers()?;
         self.check_references()

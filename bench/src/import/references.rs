@@ -3,8 +3,10 @@
 //! What the recording or the mapping says counts. Where they say nothing: the object that the gripper is nearest to, if
 //! it is near enough. While a thing is held it is the other thing that the held one is nearest to; what the held thing
 //! stood at when it was taken does not count until it is let go there. A thing that was let go does not count until the
-//! gripper closes again. Where nothing is near, it is what the next
-//! keyframe is about, since the way leads there; after the last of those, what the one before was about.
+//! gripper closes again. Where nothing is near while a thing is held, it is that thing, as long as the gripper is
+//! nearer to where it was taken than to what comes next: a thing is lifted from where it stood. Where nothing is near
+//! otherwise, it is what the next keyframe is about, since the way leads there; after the last of those, what the one
+//! before was about.
 
 use std::rc::Rc;
 
@@ -26,8 +28,8 @@ pub(super) struct About {
 /// What the gripper has to do with a thing.
 #[derive(Clone)]
 enum Grasp {
-    /// It holds it, and this was near it when it was taken.
-    Holds(usize, Rc<[usize]>),
+    /// It holds it; this was near it when it was taken; at that frame it closed.
+    Holds(usize, Rc<[usize]>, usize),
     /// It holds it no longer.
     LetGo(usize),
     Nothing,
@@ -63,9 +65,14 @@ pub(super) fn about(frames: &[Frame], closed: &[bool], picked: &[Picked], mappin
         .map(|(said, picked)| said.or_else(|| finder.nearest(picked.frame, &grasps[picked.frame])))
         .collect();
     let next = |from: usize| found[from..].iter().position(Option::is_some).map(|more| from + more);
-    let all = found.iter().enumerate().map(|(index, own)| {
+    let mut all: Vec<About> = Vec::with_capacity(found.len());
+    for (index, own) in found.iter().enumerate() {
+        let (frame, next) = (picked[index].frame, next(index));
+        let next_object = next.and_then(|next| found[next].as_ref()).map(|next| next.object);
+        let lifted = finder.lifted(frame, &grasps[frame], next_object);
+        let lifted = lifted.filter(|lifted| all.last().is_some_and(|before| before.object == lifted.object));
         let lasting = || found[..index].iter().rev().flatten().next();
-        match (own, next(index), lasting()) {
+        all.push(match (own.as_ref().or(lifted.as_ref()), next, lasting()) {
             (Some(own), _, _) => own.clone(),
             (None, Some(next), _) => About {
                 object: found[next].as_ref().map_or(0, |next| next.object),
@@ -74,10 +81,10 @@ pub(super) fn about(frames: &[Frame], closed: &[bool], picked: &[Picked], mappin
             (None, None, Some(before)) => {
                 About { object: before.object, because: "nothing is near: as before".to_owned() }
             }
-            (None, None, None) => finder.farther(picked[index].frame),
-        }
-    });
-    all.collect()
+            (None, None, None) => finder.farther(frame),
+        });
+    }
+    all
 }
 
 impl Finder<'_> {
@@ -105,11 +112,11 @@ impl Finder<'_> {
         let poses = &self.frames[frame];
         let lets_go = !self.closed[frame];
         let (from, to) = match grasp {
-            Grasp::Holds(held, _) => (&poses.objects[*held], format!(" to the held {}", self.names[*held])),
+            Grasp::Holds(held, ..) => (&poses.objects[*held], format!(" to the held {}", self.names[*held])),
             Grasp::LetGo(_) | Grasp::Nothing => (&poses.hand, String::new()),
         };
         let counts = |object: &usize| match grasp {
-            Grasp::Holds(held, beside) => object != held && (lets_go || !beside.contains(object)),
+            Grasp::Holds(held, beside, _) => object != held && (lets_go || !beside.contains(object)),
             Grasp::LetGo(thing) => object != thing || self.closed[frame],
             Grasp::Nothing => true,
         };
@@ -117,6 +124,14 @@ impl Finder<'_> {
         let near = all.filter(|(object, metres)| *metres <= self.near[*object]);
         let (object, metres) = near.min_by(|one, other| one.1.total_cmp(&other.1))?;
         Some(About { object, because: format!("nearest{to}, {metres:.2} m") })
+    }
+
+    /// The held thing, where the gripper is nearer to where it was taken than to the object that comes next.
+    fn lifted(&self, frame: usize, grasp: &Grasp, next: Option<usize>) -> Option<About> {
+        let Grasp::Holds(held, _, taken) = grasp else { return None };
+        let from = |pose: &Pose| (pose.translation.vector - self.frames[frame].hand.translation.vector).norm();
+        let (stood, leads) = (from(&self.frames[*taken].objects[*held]), from(&self.frames[frame].objects[next?]));
+        (stood < leads).then(|| About { object: *held, because: "lifted from where it stood".to_owned() })
     }
 
     /// The nearest object, however far.
@@ -138,7 +153,7 @@ impl Finder<'_> {
                     let has_just_closed = self.closed[before] && (before == 0 || !self.closed[before - 1]);
                     match (&grasps[before], has_just_closed, self.closed[before]) {
                         (_, true, _) => self.taken(before),
-                        (Grasp::Holds(object, _), false, false) => Grasp::LetGo(*object),
+                        (Grasp::Holds(object, ..), false, false) => Grasp::LetGo(*object),
                         (same, false, _) => same.clone(),
                     }
                 }
@@ -159,6 +174,6 @@ impl Finder<'_> {
         };
         let from = &self.frames[frame].objects[object];
         let beside = (0..self.names.len()).filter(|other| *other != object && is_near(other, from)).collect();
-        Grasp::Holds(object, beside)
+        Grasp::Holds(object, beside, frame)
     }
 }

@@ -75,7 +75,7 @@ fn the_example_keyframe_by_keyframe() {
     let expected = [
         ("cup", &open, [0.5, 0.15, 0.25]),
         ("cup", &close, [0.5, 0.15, 0.07]),
-        ("saucer", &close, [0.5, 0.15, 0.27]),
+        ("cup", &close, [0.5, 0.15, 0.27]),
         ("saucer", &close, [0.45, -0.2, 0.23]),
         ("saucer", &open, [0.45, -0.2, 0.06]),
         ("saucer", &open, [0.45, -0.2, 0.26]),
@@ -631,4 +631,38 @@ fn what_is_imported_is_learned() {
     for line in ["format version 2\n", "nodes 2\n", "z0 on cup, segments 2", "correction saucer-2-correction-1: "] {
         assert!(printed.contains(line), "{line} in\n{printed}");
     }
+}
+
+/// Units and orders that are probably wrong are said, and nothing is refused for them.
+#[test]
+fn what_looks_like_a_mistake_is_said() {
+    let said = |from: &str, to: &str| {
+        assert!(MAPPING.contains(from), "{from}");
+        imported(CSV, &MAPPING.replacen(from, to, 1)).report
+    };
+    let sound = imported(CSV, MAPPING).report;
+    assert!(!sound.contains("doubtful") && sound.contains("points along (0.00, 0.30, -0.96)"), "{sound}");
+    let turned = said("quaternion_order = \"wxyz\"", "quaternion_order = \"xyzw\"");
+    assert!(!turned.contains("points along (0.00, 0.30, -0.96)"), "{turned}");
+    let (head, rest) = CSV.split_once('\n').unwrap();
+    let crlf = format!("{head}\r\n{}", rest.replace('\n', "\r\n"));
+    let third = rest.split('\n').nth(2).unwrap();
+    let broken = crlf.replacen(third.split(',').next().unwrap(), "soon", 1);
+    assert!(refusal(&broken, MAPPING).contains("line 4"), "{}", refusal(&broken, MAPPING));
+}
+
+/// Objects that a recording has none of are features all the same, and an override may be about all demonstrations.
+#[test]
+fn a_task_may_have_more_objects_and_an_override_all_demonstrations() {
+    let more = format!(
+        "task_objects = [\"cup\", \"lid\", \"saucer\"]\n{MAPPING}\n[[override]]\nkeyframe = 0\nreference = \"saucer\"\n"
+    );
+    let all = imported(CSV, &more);
+    for (name, text) in &all.demonstrations {
+        let file = DemonstrationFile::parse(text.clone(), Path::new("file")).unwrap();
+        assert!(file.schema.features().iter().any(|feature| feature.name == "seen(lid)"), "{name}");
+        assert_eq!(&*file.demonstration.keyframes()[0].reference, "saucer", "{name}");
+    }
+    let missing = format!("task_objects = [\"cup\", \"lid\"]\n{MAPPING}");
+    assert!(refusal(CSV, &missing).contains("`saucer` has a pose below"));
 }

@@ -135,8 +135,11 @@ fn a_robot_asks_what_it_has_to_know() {
     // The same questions one by one.
     let once = said(copies.path(), &["ask", "model.json", "{\"id\": 1, \"do\": \"graph\"}"]);
     assert_eq!(serde_json::from_str::<Value>(&once).unwrap(), found[0]);
-    let message = refused(copies.path(), &["ask", "model.json", "{\"do\": \"graph\", \"of\": 1}"], 2);
+    let both = ["ask", "model.json", "{\"id\": 1, \"do\": \"graph\"}", "{\"do\": \"graph\", \"of\": 1}"];
+    let message = refused(copies.path(), &both, 2);
     assert!(message.contains("unknown field `of`"), "{message}");
+    let all = String::from_utf8(program(copies.path(), &both).stdout).unwrap();
+    assert!(all.lines().count() == 2 && all.starts_with(once.trim_end()), "what has an answer is answered: {all}");
 }
 
 /// Mistakes of a file of version 2: what it replaces (once), the key, and what the message says.
@@ -212,7 +215,11 @@ fn the_cost_of_ones_own_corrections_is_held() {
     let cost = ["cost", "--model", "model.json", "--correct", LID];
     let call = |more: &[&str]| program(copies.path(), &[&cost, more].concat());
     let minted = said(copies.path(), &[&cost[..], &["--mint"]].concat());
-    assert!(minted.contains("| lid-first  | node-addition |") && minted.contains("model.cost.json"), "{minted}");
+    for expected in
+        ["| correction             | lid-first     |", "| node-addition |", "| hmm fits ", "model.cost.json"]
+    {
+        assert!(minted.contains(expected), "{minted}");
+    }
     let text = |output: &Output| String::from_utf8_lossy(&output.stdout).into_owned();
     let same = call(&["--check"]);
     assert!(same.status.success() && text(&same).contains("unchanged    lid-first"), "{}", text(&same));
@@ -298,4 +305,26 @@ fn the_commands_of_the_page_run() {
         said(copies.path(), &words);
     }
     assert_eq!(commands.len(), 6, "{commands:?}");
+}
+
+/// A correction that does not lead back to what is known would be done for ever, and `learn` says so.
+#[test]
+fn a_correction_that_begins_again_is_told() {
+    let copies = copies("demonstrations");
+    let path = copies.path().join(LID);
+    let mut shown: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+    // It ends where it began: the lid is on again.
+    shown["final_state"] = shown["keyframes"][0]["state"].clone();
+    let few: Vec<Value> = shown["keyframes"].as_array().unwrap()[..4].to_vec();
+    shown["keyframes"] = json!(few);
+    shown["after"] = json!({"demonstration": "serve-1", "segment": 0});
+    fs::write(&path, shown.to_string()).unwrap();
+    let again = said(copies.path(), &["learn", ONE, TWO, "--correct", LID]);
+    let next = said(copies.path(), &["learn", ONE, TWO, "--correct", LID, "--out", "model.json"]);
+    assert_eq!(again, next);
+    let state = &shown["final_state"];
+    let ask = json!({"do": "next", "last": "z2", "state": state}).to_string();
+    let told: Value = serde_json::from_str(&said(copies.path(), &["ask", "model.json", &ask])).unwrap();
+    let is_again = told["children"][0]["place"] == "z2";
+    assert_eq!(again.contains("careful: in the state in which it ends"), is_again, "{told}\n{again}");
 }

@@ -150,7 +150,7 @@ const MISTAKES: [Mistake; 20] = [
         "interrupted.segment",
         "9, expected 0 to",
     ),
-    mistake(FIRST, "\"carried_to_end\": true", "\"carried\": true", "carried", "expected one of `name`"),
+    mistake(FIRST, "\"carried_to_end\": true", "\"carried\": true", "carried", "expected one of `version`, `name`"),
     mistake(FIRST, "{\"open\": 0.08}", "{\"opened\": 0.08}", "keyframes[0].gripper", "expected `open` or `close`"),
     mistake(FIRST, "{\"open\": 0.08}", "1.5", "keyframes[0].gripper", "expected an opening from 0"),
     mistake(

@@ -86,7 +86,7 @@ class Keyframe:
     gripper_pose: Pose
     #: The command to the gripper from here on.
     gripper: Gripper
-    #: The world before the motion to it.
+    #: The world before the motion to it; empty where the file gives poses, from which the program derives it.
     state: State
     #: Seconds of rest.
     hold: float = 0.0
@@ -94,6 +94,8 @@ class Keyframe:
     announced: bool = False
     #: The teacher's name for the skill, where the teacher says one.
     narration: str | None = None
+    #: In a file of version 2: the poses of all objects and of the hand before the motion to it, as the file has them.
+    world: dict[str, Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -120,7 +122,7 @@ class Demonstration:
     name: str
     kind: str
     keyframes: list[Keyframe]
-    #: The world after the last keyframe.
+    #: The world after the last keyframe; empty where the file gives poses.
     final_state: State
     #: Whether it went on to the end of the task.
     carried_to_end: bool
@@ -133,19 +135,25 @@ class Demonstration:
         keyframes = [
             Keyframe(
                 reference=keyframe["reference"],
-                reference_pose=Pose.of(keyframe["reference_pose"]),
+                reference_pose=Pose.of(
+                    keyframe["world"]["objects"][keyframe["reference"]]
+                    if "world" in keyframe
+                    else keyframe["reference_pose"]
+                ),
                 gripper_pose=Pose.of(keyframe["gripper_pose"]),
                 gripper=keyframe["gripper"],
-                state=keyframe["state"],
+                state=keyframe.get("state", []) if "world" in keyframe else keyframe["state"],
                 hold=keyframe.get("hold", 0.0),
                 announced=keyframe.get("announced", False),
                 narration=keyframe.get("narration"),
+                world=keyframe.get("world"),
             )
             for keyframe in value["keyframes"]
         ]
         known = {"name", "kind", "keyframes", "final_state", "carried_to_end"}
         others = {key: other for key, other in value.items() if key not in known}
-        return cls(value["name"], value["kind"], keyframes, value["final_state"], value["carried_to_end"], others)
+        final_state = [] if "final_world" in value else value["final_state"]
+        return cls(value["name"], value["kind"], keyframes, final_state, value["carried_to_end"], others)
 
     def keys(self) -> dict[str, Any]:
         """Its keys."""
@@ -153,18 +161,22 @@ class Demonstration:
         for keyframe in self.keyframes:
             keys: dict[str, Any] = {
                 "reference": keyframe.reference,
-                "reference_pose": keyframe.reference_pose.keys(),
                 "gripper_pose": keyframe.gripper_pose.keys(),
                 "gripper": keyframe.gripper,
                 "hold": keyframe.hold,
-                "state": keyframe.state,
             }
+            if keyframe.world is None:
+                keys.update(reference_pose=keyframe.reference_pose.keys(), state=keyframe.state)
+            else:
+                keys["world"] = keyframe.world
             if keyframe.announced:
                 keys["announced"] = True
             if keyframe.narration is not None:
                 keys["narration"] = keyframe.narration
             keyframes.append(keys)
-        shown = {"carried_to_end": self.carried_to_end, "keyframes": keyframes, "final_state": self.final_state}
+        shown: dict[str, Any] = {"carried_to_end": self.carried_to_end, "keyframes": keyframes}
+        if "final_world" not in self.others:
+            shown["final_state"] = self.final_state
         return {"name": self.name, "kind": self.kind, **self.others, **shown}
 
     def segments(self) -> list[Segment]:
@@ -184,8 +196,13 @@ def read_demonstration(path: str | Path) -> Demonstration:
 
 
 def write_demonstration(path: str | Path, demonstration: Demonstration) -> None:
-    """Writes a demonstration file. `others` must hold its schema and what ran before it (`after`)."""
-    missing = {"schema", "after"} - demonstration.others.keys()
+    """Writes a demonstration file. `others` must hold what ran before it (`after`), and its `schema`.
+
+    Where its keyframes have a `world`, `version` (2) and `final_world` stand in the place of the schema.
+    """
+    has_worlds = any(keyframe.world is not None for keyframe in demonstration.keyframes)
+    needed = {"version", "final_world", "after"} if has_worlds else {"schema", "after"}
+    missing = needed - demonstration.others.keys()
     if missing:
         raise ValueError(f"a demonstration file needs {sorted(missing)}: give them in `others`")
     Path(path).write_text(json.dumps(demonstration.keys(), indent=2, allow_nan=False) + "\n", encoding="utf-8")

@@ -9,7 +9,7 @@ import traceback
 from typing import Any, TextIO
 
 from .demonstration import Demonstration
-from .method import Method, Refused, Schema, Step
+from .method import Child, Graph, Method, Node, Refused, RelativeKeyframe, Schema, Step
 
 #: The version of the questions and answers that this package speaks.
 PROTOCOL = 1
@@ -17,6 +17,20 @@ PROTOCOL = 1
 
 def _edges(edges: list[tuple[Any, str]]) -> list[list[Any]]:
     return [[start, end] for start, end in edges]
+
+
+def _is(what: str, value: Any, kind: type | tuple[type, ...], expected: str) -> Any:
+    """The value, which a method has returned, where it is of this kind."""
+    if not isinstance(value, kind):
+        raise TypeError(f"{what} returned {value!r:.200}: expected {expected}")
+    return value
+
+
+def _plain(value: Any) -> Any:
+    """A number or an array of numpy as JSON has it."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise TypeError(f"{value!r:.200} of type {type(value).__name__} is nothing that JSON can hold")
 
 
 def answer(method: Method, question: dict[str, Any]) -> dict[str, Any]:
@@ -40,18 +54,28 @@ def answer(method: Method, question: dict[str, Any]) -> dict[str, Any]:
             question.get("half_turn"),
         )
         segments = method.teach(schema, [Demonstration.of(shown) for shown in question["demonstrations"]], question["seed"])
+        _is("teach", segments, (list, type(None)), "None, or a list of lists of numbers of keyframes")
         return {} if segments is None else {"segments": segments}
     if do == "correct":
         trail = [Step(step["place"], step["state"], step["ended"]) for step in question["trail"]]
         shown = Demonstration.of(question["demonstration"])
-        return method.correct(question["last"], question["interrupted"], trail, shown) or {}
+        told = method.correct(question["last"], question["interrupted"], trail, shown)
+        return _is("correct", told, (dict, type(None)), "None, or a dict with edits, counters or segments") or {}
     if do == "next":
-        children = method.next(question["last"], question["state"])
+        children = _is("next", method.next(question["last"], question["state"]), (list, tuple), "a list of Child")
+        for child in children:
+            _is("next", child, Child, "a list of Child(place, probability), the likeliest first")
         return {"children": [{"place": child.place, "probability": child.probability} for child in children]}
     if do == "keyframes":
-        reference, keyframes = method.keyframes(
+        performed = method.keyframes(
             question["place"], question["state"], question["execution"], question["attempt"], question["seed"]
         )
+        expected = "the name of the reference object, and a list of RelativeKeyframe"
+        if len(_is("keyframes", performed, (tuple, list), expected)) != 2:
+            raise TypeError(f"keyframes returned {len(performed)} values: expected {expected}")
+        reference, keyframes = performed
+        for keyframe in _is("keyframes", keyframes, (list, tuple), expected):
+            _is("keyframes", keyframe, RelativeKeyframe, expected)
         written = [
             {
                 "position": list(keyframe.pose.position),
@@ -63,7 +87,9 @@ def answer(method: Method, question: dict[str, Any]) -> dict[str, Any]:
         ]
         return {"reference": reference, "keyframes": written}
     if do == "graph":
-        graph = method.graph()
+        graph = _is("graph", method.graph(), Graph, "a Graph of nodes and edges")
+        for node in graph.nodes:
+            _is("graph", node, Node, "a Graph whose nodes are Node(place, segments)")
         nodes = [
             {"place": node.place, "segments": [[name, index] for name, index in node.segments], "ways": node.ways}
             for node in graph.nodes
@@ -99,5 +125,11 @@ def serve(method: Method, questions: TextIO | None = None, answers: TextIO | Non
             traceback.print_exc()
             sys.stderr.flush()
             raise SystemExit(1) from None
-        answers.write(json.dumps({"id": question["id"], **said}) + "\n")
+        try:
+            line = json.dumps({"id": question["id"], **said}, default=_plain)
+        except TypeError:
+            traceback.print_exc()
+            sys.stderr.flush()
+            raise SystemExit(1) from None
+        answers.write(line + "\n")
         answers.flush()
