@@ -26,7 +26,7 @@ use situ_tasks::name::shown;
 use crate::demonstration_file::content::{FileGripper, FileWorld};
 use crate::demonstration_file::perceived::poses_of;
 use crate::kept_model::KeptModel;
-use crate::strict_json::StrictJson;
+use crate::strict_json::{StrictJson, keys};
 
 /// The place that is the end of a task, as external methods call it.
 const END: &str = "end";
@@ -63,7 +63,7 @@ pub fn answer(model: &KeptModel, text: &str) -> String {
     let (id, result) = match serde_json::from_str(text) {
         Ok(StrictJson(Value::Object(mut question))) => {
             let id = question.remove("id");
-            (id, asked(question).and_then(|question| answered(model, question)))
+            (id, keys("ask", question).and_then(|question| answered(model, question)))
         }
         Ok(_) => (None, Err("expected an object such as {\"do\": \"graph\"}".to_owned())),
         Err(error) => (None, Err(format!("this is no JSON: {error}"))),
@@ -75,12 +75,9 @@ pub fn answer(model: &KeptModel, text: &str) -> String {
     Value::Object(answer).to_string()
 }
 
-fn asked(question: Map<String, Value>) -> Result<Question, String> {
-    serde_path_to_error::deserialize(Value::Object(question)).map_err(|error| {
-        let path = error.path().to_string();
-        let key = if path == "." { String::new() } else { format!("key `{path}`: ") };
-        format!("{key}{}", error.into_inner())
-    })
+/// The answer where a line is none that can be read.
+pub fn refused(problem: &str) -> String {
+    json!({"error": shown(problem)}).to_string()
 }
 
 fn answered(model: &KeptModel, question: Question) -> Result<Map<String, Value>, String> {

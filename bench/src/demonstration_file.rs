@@ -115,7 +115,7 @@ pub(crate) mod rules;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use situ::demonstration::{Demonstration, Keyframe, Pose};
+use situ::demonstration::{Demonstration, Keyframe, Kind};
 use situ::state::Schema;
 use situ_tasks::name::shown;
 use situ_tasks::{PoseSchema, Poses};
@@ -191,6 +191,19 @@ impl DemonstrationFile {
         &self.path
     }
 
+    /// Refuses a demonstration of another kind.
+    ///
+    /// # Errors
+    /// [`BenchError::Demonstration`].
+    pub fn check_kind(&self, kind: Kind) -> Result<(), BenchError> {
+        if self.demonstration.kind() == kind {
+            return Ok(());
+        }
+        let word = if kind == Kind::Original { "original" } else { "corrective" };
+        let problem = format!("expected \"{word}\" here: corrections follow --correct, originals do not");
+        Err(self.refuse("kind", problem))
+    }
+
     /// A hash of its text.
     pub fn hash(&self) -> String {
         digest::hash(&self.text)
@@ -228,14 +241,10 @@ pub(crate) fn shown_keys(demonstration: &Demonstration, schema: &Schema) -> serd
 }
 
 fn written(demonstration: &Demonstration, schema: &Schema, before: &Before) -> FileContent {
-    let pose = |pose: &Pose| FilePose {
-        position: pose.translation.vector.into(),
-        quaternion: [pose.rotation.w, pose.rotation.i, pose.rotation.j, pose.rotation.k],
-    };
     let keyframe = |keyframe: &Keyframe| FileKeyframe {
         reference: keyframe.reference.to_string(),
-        reference_pose: Some(pose(&keyframe.reference_pose)),
-        gripper_pose: pose(&keyframe.gripper_pose),
+        reference_pose: Some(FilePose::from(&keyframe.reference_pose)),
+        gripper_pose: FilePose::from(&keyframe.gripper_pose),
         gripper: FileGripper(keyframe.gripper),
         hold: keyframe.hold,
         state: Some(keyframe.state.values().to_vec()),

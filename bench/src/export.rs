@@ -1,7 +1,7 @@
 //! Demonstrations as recordings: an MCAP file, or a LeRobot dataset.
 //!
-//! A demonstration file has neither a clock nor the poses of all objects. The clock is made up: [`SPEED`], [`TURN`],
-//! [`RATE`]. An object is where the last keyframe about it saw it.
+//! A demonstration file has no clock. It is made up: [`SPEED`], [`TURN`], [`RATE`]. Where the file has no poses of all
+//! objects, one is where the last keyframe about it saw it.
 
 #[cfg(feature = "lerobot")]
 mod dataset;

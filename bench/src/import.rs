@@ -14,6 +14,7 @@ mod keyframes;
 mod lerobot_sheet;
 #[cfg_attr(not(all(feature = "lerobot", feature = "mcap")), allow(dead_code, reason = "each format uses some of it"))]
 mod mapping;
+mod mapping_keys;
 #[cfg(feature = "mcap")]
 mod mcap_sheet;
 #[cfg(feature = "lerobot")]
@@ -39,11 +40,13 @@ use attempt::{Reached, reached};
 use drawn::Drawn;
 use frames::{Take, takes};
 use keyframes::closed;
-use mapping::{EpisodeKeys, key};
+use mapping::key;
+use mapping_keys::{EpisodeKeys, Stopped};
 use report::counted;
 use sheet::Sheet;
 
-pub use mapping::{Mapping, QuaternionOrder};
+pub use mapping::Mapping;
+pub use mapping_keys::QuaternionOrder;
 pub use polyline::{Tolerance, polyline};
 
 /// What an import makes.
@@ -296,7 +299,7 @@ fn correction<'a>(
 
 /// What the mapping says of the stop: of each part nothing, or a segment, or none.
 fn said(keys: Option<&EpisodeKeys>) -> (Option<Option<u32>>, Option<Option<u32>>) {
-    let of = |part: Option<mapping::Stopped>| part.map(mapping::Stopped::segment);
+    let of = |part: Option<Stopped>| part.map(Stopped::segment);
     keys.map_or((None, None), |keys| (of(keys.after), of(keys.interrupted)))
 }
 

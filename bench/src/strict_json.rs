@@ -3,8 +3,9 @@
 
 use std::fmt;
 
-use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use serde::de::{Deserialize, DeserializeOwned, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value};
+use situ_tasks::name::shown;
 
 /// A value, none of whose objects has a key twice.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,6 +15,18 @@ impl<'de> Deserialize<'de> for StrictJson {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_any(Each).map(Self)
     }
+}
+
+/// Fields as a type of ours. `what` is what they are, for messages.
+///
+/// # Errors
+/// What is wrong, with its key.
+pub fn keys<T: DeserializeOwned>(what: &str, fields: Map<String, Value>) -> Result<T, String> {
+    serde_path_to_error::deserialize(Value::Object(fields)).map_err(|error| {
+        let path = error.path().to_string();
+        let key = if path == "." { String::new() } else { format!(", key `{}`", shown(&path)) };
+        format!("`{what}`{key}: {}", error.into_inner())
+    })
 }
 
 struct Each;

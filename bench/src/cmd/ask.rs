@@ -1,12 +1,13 @@
 //! `ask`: what a robot has to know of a task model that it executes.
 
-use std::io::{self, BufRead, Write};
+use std::io::{self, Write};
 use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::asked::answer;
+use crate::asked::{answer, refused};
 use crate::cmd::library::OwnMethods;
+use crate::cmd::lines;
 use crate::error::BenchError;
 use crate::kept_model::KeptModel;
 
@@ -17,7 +18,7 @@ const QUESTIONS: &str = r#"A question is one JSON object; so is its answer.
       what may follow the place that ran last (null: nothing ran yet), the
       likeliest first; "end" is the end of the task. Each probability is that
       of the place's own classifier, whether it can begin in this state: they
-      do not add up to 1. Our executor stops where the first is below 0.3
+      do not add up to 1
   {"do": "keyframes", "place": "z1", "state": [numbers]}
       the reference object, and keyframes relative to it: position in metres,
       quaternion as w, x, y, z, gripper, seconds of hold. May be left out:
@@ -68,27 +69,19 @@ impl Ask {
     ///
     /// # Errors
     /// As [`KeptModel::read`]; [`BenchError::Argument`] where a question of the command line has no answer;
-    /// [`BenchError::Read`], [`BenchError::Write`] for standard input and output.
+    /// [`BenchError::Write`] for the standard output.
     pub fn run(&self) -> Result<String, BenchError> {
         let methods = self.own.known_alone()?;
         let kept = KeptModel::read(&self.model, &methods)?;
         if !self.questions.is_empty() {
             return self.asked(&kept);
         }
-        let mut output = io::stdout().lock();
-        for line in io::stdin().lock().lines() {
-            let line = line.map_err(|source| BenchError::Read { path: PathBuf::from("standard input"), source })?;
-            if line.trim().is_empty() {
-                continue;
-            }
-            let written = writeln!(output, "{}", answer(&kept, &line)).and_then(|()| output.flush());
-            match written {
-                Err(source) if source.kind() == io::ErrorKind::BrokenPipe => break,
-                written => {
-                    written.map_err(|source| BenchError::Write { path: PathBuf::from("standard output"), source })?;
-                }
-            }
-        }
-        Ok(String::new())
+        lines::answered(None, |line| {
+            let text = match line {
+                Ok(line) => answer(&kept, line),
+                Err(problem) => refused(problem),
+            };
+            (text, false)
+        })
     }
 }

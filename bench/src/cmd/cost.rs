@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use comfy_table::{Table, presets::ASCII_MARKDOWN};
+use situ::demonstration::Kind;
 use situ::edit::Edit;
 use situ::method;
 
@@ -96,7 +97,7 @@ impl Cost {
         if let Some(model) = &self.model {
             return self.of_own(model);
         }
-        let own_baseline = self.baseline.clone().unwrap_or_else(|| PathBuf::from(BASELINE));
+        let baseline_file = self.baseline.clone().unwrap_or_else(|| PathBuf::from(BASELINE));
         let protocol = Protocol::find(&self.protocol)?;
         if protocol.cost.is_empty() {
             let problem = format!("the protocol `{}` has no cost series: expected one that has", protocol.name);
@@ -106,7 +107,7 @@ impl Cost {
             one_automaton(&protocol, one)?;
             return Ok(Costed { text: String::new(), is_sound: true });
         }
-        let baseline = self.check.then(|| WorkBaseline::read(&own_baseline)).transpose()?;
+        let baseline = self.check.then(|| WorkBaseline::read(&baseline_file)).transpose()?;
         let protocol = Protocol { tasks: Vec::new(), ..protocol };
         let run = Run { protocol: self.protocol.clone(), out: self.out.clone(), ..Run::default() };
         let published = run.publish(&protocol, &[tables::COST])?;
@@ -134,8 +135,8 @@ impl Cost {
         }
         if self.mint {
             let baseline = WorkBaseline::new(Origin::here(), &protocol, rows);
-            files::write_all(&[(own_baseline.clone(), baseline.to_json())])?;
-            printed.push_str(&format!("The baseline is {}.\n", own_baseline.display()));
+            files::write_all(&[(baseline_file.clone(), baseline.to_json())])?;
+            printed.push_str(&format!("The baseline is {}.\n", baseline_file.display()));
         }
         Ok(Costed { text: printed, is_sound })
     }
@@ -145,6 +146,7 @@ impl Cost {
         let methods = self.own.known_alone()?;
         let read = self.correct.iter().map(|path| DemonstrationFile::read(path));
         let corrections = read.collect::<Result<Vec<_>, _>>()?;
+        corrections.iter().try_for_each(|file| file.check_kind(Kind::Corrective))?;
         let mut kept = KeptModel::read(path, &methods)?;
         let model = digest::hash(kept.render());
         let mut earlier = kept.earlier(path);

@@ -68,15 +68,11 @@ impl Export {
     /// Where a demonstration file is wrong, or the folder is there already: nothing is written then.
     /// [`BenchError::Write`].
     pub fn run(&self) -> Result<String, BenchError> {
-        let kinds = [(&self.originals, Kind::Original, "original"), (&self.correct, Kind::Corrective, "corrective")];
         let mut demonstrations = Vec::new();
-        for (paths, kind, word) in kinds {
+        for (paths, kind) in [(&self.originals, Kind::Original), (&self.correct, Kind::Corrective)] {
             for path in paths {
                 let file = DemonstrationFile::read(path)?;
-                if file.demonstration.kind() != kind {
-                    let problem = format!("expected \"{word}\" here: corrections follow --correct, originals do not");
-                    return Err(file.refuse("kind", problem));
-                }
+                file.check_kind(kind)?;
                 demonstrations.push(file);
             }
         }

@@ -14,6 +14,7 @@ const MAPPING: &str = r#"A mapping is a small TOML file. It says where things ar
 
   quaternion_order = "wxyz"        or "xyzw"; must be said, is never guessed
   half_turn = "z"                  half a turn about the hand's z is one grasp
+  task_objects = ["cup", "lid", "table"]   also what only others have met
   [columns]
   time = "t"                       seconds ([units] says otherwise)
   episode = "episode"              where one file holds several
@@ -36,7 +37,8 @@ All keys: bench/docs/import.md.
 
 Keyframes are where a column marks them; else where the gripper closes and
 opens, and where the way between bends. Each is printed with its reference
-object and the reason. [[override]] in the mapping changes one:
+object and the reason. [[override]] in the mapping changes one
+(in all demonstrations, where it names none):
 
   [[override]]
   demonstration = "tea-0"

@@ -130,8 +130,8 @@ pub fn learn(
     corrections: &[DemonstrationFile],
     seed: u64,
 ) -> Result<Learning, BenchError> {
-    check_kind(originals, Kind::Original)?;
-    check_kind(corrections, Kind::Corrective)?;
+    originals.iter().try_for_each(|file| file.check_kind(Kind::Original))?;
+    corrections.iter().try_for_each(|file| file.check_kind(Kind::Corrective))?;
     let mut earlier = Earlier::default();
     for file in originals {
         earlier.stop(file)?;
@@ -140,17 +140,6 @@ pub fn learn(
     let kept = KeptModel::teach(method, originals, seed)?;
     let taught = Some(kept.learned.boxed());
     Ok(Learning { taught, ..correct(kept, corrections, &stops)? })
-}
-
-fn check_kind(files: &[DemonstrationFile], kind: Kind) -> Result<(), BenchError> {
-    let word = if kind == Kind::Original { "original" } else { "corrective" };
-    match files.iter().find(|file| file.demonstration.kind() != kind) {
-        None => Ok(()),
-        Some(file) => {
-            let problem = format!("expected \"{word}\" here: corrections follow --correct, originals do not");
-            Err(file.refuse("kind", problem))
-        }
-    }
 }
 
 fn correct(mut kept: KeptModel, files: &[DemonstrationFile], stops: &[StopPoint]) -> Result<Learning, BenchError> {
@@ -170,7 +159,7 @@ impl Learn {
         let (originals, corrections) = (read(&self.originals)?, read(&self.correct)?);
         let lesson = match &self.model {
             Some(path) => {
-                check_kind(&corrections, Kind::Corrective)?;
+                corrections.iter().try_for_each(|file| file.check_kind(Kind::Corrective))?;
                 let kept = KeptModel::read(path, &methods)?;
                 let mut earlier = kept.earlier(path);
                 let stops = corrections.iter().map(|file| earlier.stop(file)).collect::<Result<Vec<_>, _>>()?;

@@ -8,6 +8,7 @@ mod folder;
 pub mod import;
 pub mod learn;
 pub mod library;
+mod lines;
 pub mod list;
 pub mod merge;
 pub mod run;

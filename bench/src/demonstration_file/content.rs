@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use situ::demonstration::{Gripper, Kind};
+use situ::demonstration::{Gripper, Kind, Pose};
 use situ::state::{Axis, Feature};
 use situ::trail::StepEnd;
 
@@ -120,6 +120,13 @@ impl<'de> Visitor<'de> for EachOnce {
             found.insert(name, pose);
         }
         Ok(found)
+    }
+}
+
+impl From<&Pose> for FilePose {
+    fn from(pose: &Pose) -> Self {
+        let rotation = pose.rotation.quaternion();
+        Self { position: pose.translation.vector.into(), quaternion: [rotation.w, rotation.i, rotation.j, rotation.k] }
     }
 }
 

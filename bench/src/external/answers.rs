@@ -14,6 +14,7 @@ use situ_tasks::name::shown;
 
 use crate::demonstration_file::content::{FileGripper, FilePose};
 use crate::demonstration_file::rules;
+use crate::strict_json::keys;
 
 /// What a method says that it is.
 #[derive(Deserialize)]
@@ -228,14 +229,7 @@ pub fn check_answer(question: &str, line: &str) -> Result<(), String> {
 /// What was expected.
 pub(super) fn read<T: DeserializeOwned>(what: &str, mut answer: Map<String, Value>) -> Result<T, String> {
     answer.remove("id");
-    let mut track = serde_path_to_error::Track::new();
-    let value = Value::Object(answer);
-    let read = T::deserialize(serde_path_to_error::Deserializer::new(value, &mut track));
-    read.map_err(|error| {
-        let path = track.path().to_string();
-        let key = if path == "." { String::new() } else { format!(", key `{}`", shown(&path)) };
-        format!("the answer to `{what}`{key}: {error}")
-    })
+    keys(what, answer).map_err(|problem| format!("the answer to {problem}"))
 }
 
 #[cfg(test)]

@@ -8,7 +8,8 @@ use crate::demonstration_file::Instance;
 use crate::error::BenchError;
 use crate::import::frames::{Frame, Take};
 use crate::import::keyframes::{Picked, departure, pick};
-use crate::import::mapping::{Mapping, OverrideKeys, key};
+use crate::import::mapping::{Mapping, key};
+use crate::import::mapping_keys::OverrideKeys;
 use crate::import::references::{About, about};
 use crate::import::written::{self, Shown, Title, World};
 

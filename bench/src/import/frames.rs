@@ -7,7 +7,8 @@ use situ::demonstration::{Gripper, Pose};
 use situ_tasks::key::KeyPath;
 
 use crate::error::BenchError;
-use crate::import::mapping::{AngleUnit, Mapping, OpeningKeys, PoseKeys, QuaternionOrder, key};
+use crate::import::mapping::{Mapping, key};
+use crate::import::mapping_keys::{AngleUnit, OpeningKeys, PoseKeys, QuaternionOrder};
 use crate::import::sheet::Sheet;
 
 /// How far the length of a recorded quaternion may be from 1. Two printed decimals lose so much.

@@ -13,7 +13,8 @@ use mcap::sans_io::LinearReaderOptions;
 use serde_json::Value;
 
 use crate::error::BenchError;
-use crate::import::mapping::{Mapping, PoseKeys};
+use crate::import::mapping::Mapping;
+use crate::import::mapping_keys::PoseKeys;
 use crate::import::sheet::{Cells, MOST_ROWS, Sheet, Usual};
 
 /// The column of the time, seconds since the first row.

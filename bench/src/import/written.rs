@@ -44,7 +44,7 @@ pub(super) fn text(title: Title<'_>, keyframes: Vec<Shown<'_>>, last: World<'_>)
     let keyframe = |shown: Shown<'_>| FileKeyframe {
         reference: shown.reference.to_owned(),
         reference_pose: None,
-        gripper_pose: pose(&shown.pose),
+        gripper_pose: FilePose::from(&shown.pose),
         gripper: FileGripper(shown.gripper),
         hold: shown.hold,
         state: None,
@@ -73,15 +73,8 @@ pub(super) fn text(title: Title<'_>, keyframes: Vec<Shown<'_>>, last: World<'_>)
 
 fn world(world: &World<'_>) -> FileWorld {
     FileWorld {
-        objects: world.objects.iter().map(|(name, at)| ((*name).to_owned(), pose(at))).collect(),
-        hand: pose(&world.hand),
+        objects: world.objects.iter().map(|(name, at)| ((*name).to_owned(), FilePose::from(at))).collect(),
+        hand: FilePose::from(&world.hand),
         opening: world.opening,
-    }
-}
-
-fn pose(pose: &Pose) -> FilePose {
-    FilePose {
-        position: pose.translation.vector.into(),
-        quaternion: [pose.rotation.w, pose.rotation.i, pose.rotation.j, pose.rotation.k],
     }
 }

@@ -1,13 +1,12 @@
 //! The requests, key for key. `bench/docs/serve.md` is the page about them.
 
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use situ_tasks::Moment;
 use situ_tasks::name::shown;
 
 use crate::demonstration_file::content::FileGripper;
-use crate::strict_json::StrictJson;
+use crate::strict_json::{StrictJson, keys};
 
 /// The words of `do`.
 const WORDS: &str = "hello, tasks, reset, observe, move, gripper, snapshot, restore, is_solved, demonstrate, correct, \
@@ -199,17 +198,6 @@ fn none(what: &str, fields: &Map<String, Value>, request: Request) -> Result<Req
         Some(key) => Err(format!("`{what}`: unknown key `{}`, expected none but `do` and `id`", shown(key))),
         None => Ok(request),
     }
-}
-
-/// The keys of a request, or of what was kept of an episode.
-pub(super) fn keys<T: DeserializeOwned>(what: &str, fields: Map<String, Value>) -> Result<T, String> {
-    let mut track = serde_path_to_error::Track::new();
-    let read = T::deserialize(serde_path_to_error::Deserializer::new(Value::Object(fields), &mut track));
-    read.map_err(|error| {
-        let path = track.path().to_string();
-        let key = if path == "." { String::new() } else { format!(", key `{}`", shown(&path)) };
-        format!("`{what}`{key}: {error}")
-    })
 }
 
 #[cfg(test)]

@@ -8,11 +8,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::deed::{Deed, DeedKeys};
-use super::request::keys;
 use super::seen::observation;
 use super::served::{MOST_KEYFRAMES, Served};
 use crate::digest::hash;
-use crate::strict_json::StrictJson;
+use crate::strict_json::{StrictJson, keys};
 
 /// The version of the text.
 const VERSION: u32 = 1;
