@@ -23,8 +23,8 @@ use crate::digest::hash;
 use crate::protocol::Protocol;
 
 /// The keys of a protocol that say nothing about a single run.
-const CHOOSING: [&str; 9] =
-    ["name", "analysis", "tasks", "variations", "teachers", "methods", "sequences", "seeds", "first_seed"];
+const CHOOSING: [&str; 10] =
+    ["name", "analysis", "tasks", "variations", "teachers", "methods", "sequences", "grade", "seeds", "first_seed"];
 
 /// The digits of a content: a hundred million runs have one chance in a thousand of two that are equal.
 const DIGITS: usize = 16;

@@ -1,6 +1,7 @@
 //! Correcting a robot: it fails, a teacher steps in, the method folds the correction in, until the task succeeds.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 use std::sync::Arc;
 
 use situ::correction::{Correction, Oracle};
@@ -21,6 +22,7 @@ use crate::error::BenchError;
 use crate::evaluation::Evaluation;
 use crate::lesson::Lesson;
 use crate::memo::Cursor;
+use crate::protocol::Corrections;
 use crate::record::RunRecord;
 use crate::retrieval::retrieved;
 use crate::rollout::{Rollout, Watched};
@@ -150,7 +152,7 @@ impl<'a> Robot<'a> {
 
 impl<'a> Conditions<'a> {
     /// Corrects the robot on a setting until the target is reached or the budget is used up. `before` is the evaluation
-    /// that called for it. The effort is added to the run. The witness sees each correction.
+    /// that called for it, with its round. The effort is added to the run. The witness sees each correction.
     ///
     /// # Errors
     /// An error of the task, the teacher, the method or the archive; [`BenchError::Interrupted`].
@@ -158,14 +160,14 @@ impl<'a> Conditions<'a> {
         &self,
         robot: &mut Robot<'_>,
         setting: &Arc<Setting>,
-        before: &Evaluation,
+        (first_round, before): (u32, &Evaluation),
         run: &mut RunRecord,
         witness: &mut dyn Witness,
     ) -> Result<CorrectionsEnd, BenchError> {
         let mut last = before.clone();
         let mut oracle = Oracle { changed: changed(setting) };
-        for round in 0..self.protocol.budget.demonstrations {
-            if self.is_reached(&last) {
+        for round in self.rounds(first_round) {
+            if self.protocol.corrections == Corrections::UntilReached && self.is_reached(&last) {
                 break;
             }
             let mut failed = TotalEffort::default();
@@ -191,6 +193,14 @@ impl<'a> Conditions<'a> {
             run.corrections.push(CorrectionRecord { decided_by: last.rate, ..correction });
         }
         Ok(CorrectionsEnd { last, gave_up: false })
+    }
+
+    /// The rounds of corrections, at the most.
+    fn rounds(&self, first: u32) -> Range<u32> {
+        match self.protocol.corrections {
+            Corrections::UntilReached => first..first + self.protocol.budget.demonstrations,
+            Corrections::Once => first..first + 1,
+        }
     }
 
     /// Writes a correction into the archive, where there is one.
@@ -256,7 +266,7 @@ impl<'a> Conditions<'a> {
         is_needed: bool,
     ) -> Result<Option<(u32, Failure<'a>)>, BenchError> {
         loop {
-            while let Some(index) = last.failures.get(*looked_at).copied() {
+            while let Some(index) = last.correctable(self.protocol.corrections).get(*looked_at).copied() {
                 *looked_at += 1;
                 if let Some(failure) = self.watch(model, setting, round, index)? {
                     return Ok(Some((index, failure)));

@@ -15,7 +15,7 @@ use crate::ended::Ended;
 use crate::error::BenchError;
 use crate::memo::{Beginning, Cursor};
 use crate::observer::Observer;
-use crate::protocol::Protocol;
+use crate::protocol::{Corrections, Protocol};
 use crate::rollout::{Execute, Rollout, Watched, rollout};
 use crate::spending::Steps;
 use crate::starts::Starts;
@@ -47,6 +47,15 @@ impl Evaluation {
     pub(crate) fn none(rollouts: u32) -> Self {
         let rate = Rate { rollouts, ..Rate::default() };
         Self { rate, begun: rollouts, ended: BTreeMap::new(), failures: Vec::new(), choices: Vec::new(), spoilt: false }
+    }
+
+    /// The rollouts from which a teacher may correct: those that failed, or any where the robot is corrected whether it
+    /// fails or not.
+    pub(crate) fn correctable(&self, corrections: Corrections) -> Vec<u32> {
+        match corrections {
+            Corrections::UntilReached => self.failures.clone(),
+            Corrections::Once => (0..self.begun).collect(),
+        }
     }
 
     /// Counts a rollout. `None` is a rollout whose start the physics refused. What physics spoilt is nobody's failure.

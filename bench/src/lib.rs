@@ -18,6 +18,7 @@ pub mod asked;
 pub mod behaviour_tree;
 pub mod calibration;
 pub mod caption;
+pub mod chart;
 pub mod cmd;
 pub mod conditions;
 pub mod content;
@@ -41,6 +42,7 @@ pub mod export;
 pub mod external;
 pub mod files;
 pub mod gate;
+pub mod grade;
 pub mod held_out;
 pub mod import;
 #[doc = include_str!("../docs/import.md")]

@@ -14,6 +14,7 @@ use situ_teachers::{Roster, Teacher, convert};
 use crate::content;
 use crate::error::BenchError;
 use crate::external::Methods;
+use crate::grade;
 use crate::protocol::{CostSeries, Protocol, Variations};
 use crate::record::{Identity, Key};
 use crate::shard::Shard;
@@ -101,7 +102,7 @@ impl Family {
     }
 }
 
-/// Variations that a robot meets one after another.
+/// Variations that a robot meets one after another, among them the original task, where what was changed is undone.
 pub(crate) struct Sequence {
     pub(crate) name: String,
     pub(crate) settings: Vec<Arc<Setting>>,
@@ -174,8 +175,8 @@ impl Plan {
         let teachers = if filter.teachers.is_empty() { &protocol.teachers } else { &filter.teachers };
         let mut groups = Vec::new();
         for task in &tasks {
-            let Some(family) = filter.family(task, &protocol)?.map(Arc::new) else { continue };
             for name in once(teachers) {
+                let Some(family) = filter.family(task, &protocol, name)?.map(Arc::new) else { continue };
                 let teacher = Teacher::new(roster.get(name)?.clone());
                 let texts = [registry.text(&family.original.task), roster.text(name)].map(Option::unwrap_or_default);
                 let content: Arc<str> = content::of(&protocol, family.original.plant, texts[0], texts[1]).into();
@@ -189,7 +190,7 @@ impl Plan {
         chosen("variation", &filter.variations, &[], &names)?;
         let sequences = tasks.iter().flat_map(|task| task.sequences());
         let names: Vec<String> = sequences.map(|sequence| sequence.name.clone()).collect();
-        chosen("sequence", &filter.sequences, &[], &names)?;
+        chosen("sequence", &filter.sequences, protocol.sequences.names(), &names)?;
         let mut costs = Vec::new();
         for series in protocol.cost.iter().filter(|_| filter.names_no_run()) {
             costs.extend(cost_groups(series, filter, protocol.first_seed, known)?);
@@ -297,24 +298,29 @@ impl Filter {
         [&self.tasks, &self.variations, &self.sequences, &self.teachers].iter().all(|names| names.is_empty())
     }
 
-    /// The part of a task that is to be run; `None` where there is none.
-    fn family(&self, task: &Task, protocol: &Protocol) -> Result<Option<Family>, BenchError> {
+    /// The part of a task that is to be run with a teacher; `None` where there is none.
+    fn family(&self, task: &Task, protocol: &Protocol, teacher: &str) -> Result<Option<Family>, BenchError> {
         let is_wanted = |name: &str| match self.variations.as_slice() {
             [] => self.sequences.is_empty(),
             names => names.iter().any(|wanted| wanted == name),
         };
         let variations = task.variations().filter(|name| is_wanted(name)).map(|name| task.variation(Some(name)));
         let mut variations = variations.collect::<Result<Vec<_>, _>>()?;
-        if self.variations.is_empty() && protocol.variations == Variations::FirstOfEachEdit {
-            let mut met = BTreeSet::new();
-            variations.retain(|setting| met.insert(setting.edit));
-        }
+        let mut met = BTreeSet::new();
+        variations.retain(|setting| match protocol.variations {
+            _ if !self.variations.is_empty() => true,
+            Variations::All => true,
+            Variations::FirstOfEachEdit => met.insert(setting.edit),
+            Variations::None => false,
+        });
+        let has_grade = |setting: &Setting| grade::grade(&protocol.grade, setting, teacher).is_some();
+        variations.retain(|setting| protocol.grade.is_empty() || has_grade(setting));
         let is_wanted = |name: &String| match self.sequences.as_slice() {
-            [] => protocol.sequences && self.variations.is_empty(),
+            [] => protocol.sequences.holds(name) && self.variations.is_empty(),
             names => names.contains(name),
         };
         let sequences = task.sequences().iter().filter(|sequence| is_wanted(&sequence.name)).map(|sequence| {
-            let settings = sequence.variations.iter().map(|name| task.variation(Some(name)));
+            let settings = sequence.stages.iter().map(|name| task.stage(name));
             Ok(Sequence { name: sequence.name.clone(), settings: settings.collect::<Result<_, _>>()? })
         });
         let sequences = sequences.collect::<Result<Vec<_>, BenchError>>()?;

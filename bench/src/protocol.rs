@@ -11,6 +11,7 @@ use situ_tasks::name;
 
 use crate::error::BenchError;
 use crate::executor::Executor;
+use crate::grade::{self, GradeSeries};
 use crate::synthetic::{Applicable, Parameters};
 
 /// How many demonstrations may be given.
@@ -86,6 +87,53 @@ pub enum Variations {
     All,
     /// The first that needs each edit, in the order of the family's file.
     FirstOfEachEdit,
+    /// None: sequences alone.
+    None,
+}
+
+/// Which sequences of variations are run: all or none, or those of these names.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(untagged, expecting = "expected `true`, `false` or a list of names of sequences")]
+pub enum Sequences {
+    /// All, or none.
+    All(bool),
+    /// Those of one of these names, in every family that has such a sequence.
+    Named(Vec<String>),
+}
+
+impl Default for Sequences {
+    fn default() -> Self {
+        Self::All(false)
+    }
+}
+
+impl Sequences {
+    /// Whether a sequence of this name is among them.
+    pub(crate) fn holds(&self, name: &str) -> bool {
+        match self {
+            Self::All(all) => *all,
+            Self::Named(names) => names.iter().any(|wanted| wanted == name),
+        }
+    }
+
+    /// The names that are asked for.
+    pub(crate) fn names(&self) -> &[String] {
+        match self {
+            Self::All(_) => &[],
+            Self::Named(names) => names,
+        }
+    }
+}
+
+/// When a robot is corrected.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Corrections {
+    /// As long as it falls short of the target.
+    #[default]
+    UntilReached,
+    /// Once, whether it fails or not: the teacher stops the first rollout that there is something to stop in.
+    Once,
 }
 
 /// A protocol.
@@ -109,9 +157,9 @@ pub struct Protocol {
     /// once.
     #[serde(default, rename = "joint")]
     pub pooled: Vec<String>,
-    /// Whether the families' sequences of variations are run, too.
+    /// Which of the families' sequences of variations are run, too.
     #[serde(default)]
-    pub sequences: bool,
+    pub sequences: Sequences,
     /// The first seed. Seeds come in blocks: 1 to 100 to look at, 101 to 199 to accept a change, 201 on to publish.
     #[serde(default = "Protocol::usual_first_seed")]
     pub first_seed: u64,
@@ -129,6 +177,12 @@ pub struct Protocol {
     /// What an executor does where a primitive fails; the paper's where it is left out.
     #[serde(default)]
     pub executor: Executor,
+    /// When a robot is corrected.
+    #[serde(default)]
+    pub corrections: Corrections,
+    /// Series of graded changes. Where there are any, they name the variations that each teacher shows.
+    #[serde(default)]
+    pub grade: Vec<GradeSeries>,
     /// Budgets of demonstrations.
     pub budget: Budget,
     /// The update-cost part, where there is one.
@@ -140,12 +194,14 @@ pub struct Protocol {
 }
 
 /// The protocols that come with the program.
-const BUILTIN: [(&str, &str); 8] = [
+const BUILTIN: [(&str, &str); 10] = [
     ("quick", include_str!("../protocols/quick.toml")),
     ("families", include_str!("../protocols/families.toml")),
     ("methods", include_str!("../protocols/methods.toml")),
     ("ablations", include_str!("../protocols/ablations.toml")),
     ("teachers", include_str!("../protocols/teachers.toml")),
+    ("sequences", include_str!("../protocols/sequences.toml")),
+    ("grades", include_str!("../protocols/grades.toml")),
     ("cost", include_str!("../protocols/cost.toml")),
     ("latency", include_str!("../protocols/latency.toml")),
     ("paper", include_str!("../protocols/paper.toml")),
@@ -224,11 +280,13 @@ impl Protocol {
                 return refuse(at(key), "expected at least one name".to_owned());
             }
         }
-        for (key, list) in lists.into_iter().chain([("joint", &self.pooled)]) {
+        let more = [("joint", &*self.pooled), ("sequences", self.sequences.names())];
+        for (key, list) in lists.map(|(key, list)| (key, &**list)).into_iter().chain(more) {
             if let Some(index) = second(list) {
                 return refuse(at(key).index(index), format!("`{}` stands there twice: expected once", list[index]));
             }
         }
+        grade::check(&self.grade, &self.teachers, document)?;
         self.check_costs(document)?;
         self.check_size(document)
     }

@@ -11,12 +11,13 @@ use situ::edit::Edit;
 use situ::method::Method;
 use situ::structure::Structure;
 use situ::trace::Counters;
-use situ_tasks::{NeededEdit, Setting};
+use situ_tasks::{NeededEdit, ORIGINAL, Setting};
 
 use crate::calibration::BranchCalibration;
 use crate::correction_record::CorrectionRecord;
+use crate::grade::Grade;
 use crate::held_out::HeldOut;
-use crate::tally::{Rate, TotalEffort, is_zero};
+use crate::tally::{Rate, TotalEffort, count, is_zero};
 
 /// The version of the ledger's lines.
 pub const SCHEMA: u64 = 2;
@@ -81,7 +82,7 @@ pub struct Key {
     pub protocol: String,
     /// The task.
     pub task: String,
-    /// How the task was changed.
+    /// How the task was changed; in a sequence it may be `original`, what was changed is undone.
     pub variation: String,
     /// The edit that the variation needs.
     pub edit: Edit,
@@ -105,7 +106,7 @@ impl Key {
         Self {
             protocol: protocol.to_owned(),
             task: setting.task.clone(),
-            variation: setting.variation.clone().unwrap_or_default(),
+            variation: setting.variation.clone().unwrap_or_else(|| ORIGINAL.to_owned()),
             edit: needed(setting),
             teacher: teacher.to_owned(),
             method: method.name().to_owned(),
@@ -309,6 +310,9 @@ pub struct RunRecord {
     /// Whether the edge that is needed leads from a skill to itself: a retry.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub self_loop: bool,
+    /// Its place in a series of graded changes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub grade: Option<Grade>,
     /// Demonstrations at the most, corrective or from scratch.
     pub budget: u32,
     /// The success rate at which teaching ends, above 0 and at most 1.
@@ -341,7 +345,8 @@ pub struct RunRecord {
     /// The likelihood of a demonstration of the changed task that was given to nobody.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held_out: Option<HeldOut>,
-    /// In a sequence: success on the variations of the earlier stages, after this one.
+    /// In a sequence: success on each variation of the earlier stages, after this one. This stage's own is not among
+    /// them, where it comes again: it is [`Self::after`].
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub earlier: BTreeMap<String, Rate>,
 }
@@ -363,10 +368,14 @@ impl RunRecord {
         (!self.corrections.is_empty()).then(|| seconds / self.corrections.len() as f64)
     }
 
+    /// Whether a success rate meets the target.
+    fn is_met_by(&self, rate: Rate) -> bool {
+        f64::from(rate.successes) >= self.target * f64::from(rate.rollouts)
+    }
+
     /// Whether the rollouts that decided reached the target, and fewer did from fresh starts.
     pub fn is_reached_by_luck(&self) -> bool {
-        let falls_short = |rate: Rate| f64::from(rate.successes) < self.target * f64::from(rate.rollouts);
-        self.is_reached() && self.after.is_some_and(falls_short)
+        self.is_reached() && self.after.is_some_and(|rate| !self.is_met_by(rate))
     }
 
     /// The first correction whose demonstration shows what changed.
@@ -382,6 +391,25 @@ impl RunRecord {
             edits.remove(&Edit::None);
         }
         edits
+    }
+
+    /// In a sequence: success, after this stage, on what a stage before or this one had; `None` where it was no such.
+    pub fn success_on(&self, variation: &str) -> Option<Rate> {
+        match variation {
+            own if own == self.key.variation => self.after,
+            ORIGINAL => self.retained,
+            earlier => self.earlier.get(earlier).copied(),
+        }
+    }
+
+    /// In a sequence: how many of the tasks so far are kept, and of how many. They are the original, this stage's and
+    /// those of the stages before, each once. One is kept where success on it, from fresh starts, meets the target.
+    pub fn kept(&self) -> (u32, u32) {
+        let own = (self.key.variation != ORIGINAL).then_some(self.after).flatten();
+        let rates = self.earlier.values().copied().chain(self.retained).chain(own);
+        let rates: Vec<Rate> = rates.collect();
+        let kept = rates.iter().filter(|rate| rate.rollouts > 0 && self.is_met_by(**rate));
+        (count(kept.count()), count(rates.len()))
     }
 
     /// What counts as the demonstrations that it took: the budget, where the target was not reached.

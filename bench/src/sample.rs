@@ -75,6 +75,7 @@ fn run(method: &str, seed: u64, outcome: Outcome, demonstrations: u32, made: &[E
         },
         outcome,
         self_loop: false,
+        grade: None,
         budget: 8,
         target: 0.9,
         original: effort(2, 12),

@@ -12,6 +12,7 @@ use crate::conditions::Conditions;
 use crate::correction::Robot;
 use crate::error::BenchError;
 use crate::evaluation::Evaluation;
+use crate::grade;
 use crate::held_out::HeldOut;
 use crate::lesson::Lesson;
 use crate::record::{Key, Outcome, Pooled, RunRecord};
@@ -22,7 +23,9 @@ use crate::witness::Witness;
 
 /// How the original model does on a changed task.
 pub struct Uncorrected {
-    /// The evaluation that decides whether it is corrected.
+    /// The first round of rollouts that decide about it: 0, but where a sequence comes back to a task.
+    first_round: u32,
+    /// The evaluation that decides whether it is corrected, in that round.
     deciding: Evaluation,
     /// The one that is published.
     fresh: Evaluation,
@@ -52,16 +55,22 @@ impl Conditions<'_> {
         method: &dyn Method,
     ) -> Result<Uncorrected, BenchError> {
         let Ok(original) = &task.original else {
-            return Ok(Uncorrected { deciding: Evaluation::none(0), fresh: Evaluation::none(0), held_out: None });
+            let none = || Evaluation::none(0);
+            return Ok(Uncorrected { first_round: 0, deciding: none(), fresh: none(), held_out: None });
         };
-        let before = self.before_of(&*method.take_over(original)?, setting)?;
+        let before = self.before_of(&*method.take_over(original)?, setting, 0)?;
         Ok(Uncorrected { held_out: self.during(RunPhase::Teach).held_out(setting)?, ..before })
     }
 
-    /// How a model does on a changed task. No demonstration is held out.
-    fn before_of(&self, model: &dyn Learned, setting: &Arc<Setting>) -> Result<Uncorrected, BenchError> {
-        let (deciding, fresh) = (self.decide(model, setting, 0)?, self.evaluate(model, setting)?);
-        Ok(Uncorrected { deciding, fresh, held_out: None })
+    /// How a model does on a changed task, decided in this round. No demonstration is held out.
+    fn before_of(
+        &self,
+        model: &dyn Learned,
+        setting: &Arc<Setting>,
+        first_round: u32,
+    ) -> Result<Uncorrected, BenchError> {
+        let (deciding, fresh) = (self.decide(model, setting, first_round)?, self.evaluate(model, setting)?);
+        Ok(Uncorrected { first_round, deciding, fresh, held_out: None })
     }
 
     /// A run of one method on one setting.
@@ -125,7 +134,7 @@ impl Conditions<'_> {
         witness: &mut dyn Witness,
     ) -> Result<Taught, BenchError> {
         witness.begins(robot.model(), robot.lesson(), &before.deciding)?;
-        let corrected = self.correct(robot, setting, &before.deciding, run, witness)?;
+        let corrected = self.correct(robot, setting, (before.first_round, &before.deciding), run, witness)?;
         witness.ends(robot.model(), robot.lesson())?;
         let fresh =
             if run.corrections.is_empty() { before.fresh.clone() } else { self.evaluate(robot.model(), setting)? };
@@ -179,7 +188,7 @@ impl Conditions<'_> {
                         robot.insert(Robot::new(method, original, &task.demonstrations, folder)?)
                     }
                 };
-                let before = self.before_of(robot.model(), setting)?;
+                let before = self.before_of(robot.model(), setting, self.first_round(&settings[..=index]))?;
                 run.before = Some(before.fresh.rate);
                 // Where the method cannot make the edit, it is not corrected, and the model goes on to the next stage
                 // as it is.
@@ -195,10 +204,7 @@ impl Conditions<'_> {
                 corrected |= !run.corrections.is_empty();
                 run.retained = self.retained(robot.model(), task, corrected)?;
                 run.structure = robot.structure()?.filter(|_| method.role() == Role::Correct);
-                for earlier in &settings[..index] {
-                    let evaluation = self.during(RunPhase::Retain).evaluate(robot.model(), earlier)?;
-                    run.earlier.insert(earlier.variation.clone().unwrap_or_default(), evaluation.rate);
-                }
+                run.earlier = self.earlier(robot.model(), &settings[..=index])?;
                 self.finish(&mut run, taught);
                 if !is_applicable {
                     run.outcome = Outcome::NotApplicable;
@@ -207,6 +213,30 @@ impl Conditions<'_> {
             runs.push(run);
         }
         Ok(())
+    }
+
+    /// The first round of the last stage. Where its task stood there before, its rounds go on after those, so that other
+    /// starts decide and the teacher shows it anew. The original task stood there when it was taught.
+    fn first_round(&self, stages: &[Arc<Setting>]) -> u32 {
+        let Some((setting, before)) = stages.split_last() else { return 0 };
+        let taught = u32::from(setting.variation.is_none());
+        let times = before.iter().filter(|earlier| earlier.variation == setting.variation).count() as u32;
+        let budget = &self.protocol.budget;
+        (taught + times) * (budget.demonstrations.max(budget.originals) + 1)
+    }
+
+    /// Success on the variations of the stages before the last, each once, but for the last one's own.
+    fn earlier(&self, model: &dyn Learned, stages: &[Arc<Setting>]) -> Result<BTreeMap<String, Rate>, BenchError> {
+        let Some((last, before)) = stages.split_last() else { return Ok(BTreeMap::new()) };
+        let mut rates = BTreeMap::new();
+        for setting in before {
+            let Some(variation) = &setting.variation else { continue };
+            if setting.variation != last.variation && !rates.contains_key(variation) {
+                let evaluation = self.during(RunPhase::Retain).evaluate(model, setting)?;
+                rates.insert(variation.clone(), evaluation.rate);
+            }
+        }
+        Ok(rates)
     }
 
     /// Success on the original task, from the fresh starts of before. A model that was not corrected has the same
@@ -287,6 +317,7 @@ impl Conditions<'_> {
             key,
             outcome: Outcome::Untaught { why },
             self_loop: setting.accepts_edges.iter().any(|[from, to]| from == to),
+            grade: grade::grade(&self.protocol.grade, setting, &self.teacher.profile().name),
             budget: self.protocol.budget.demonstrations,
             target: self.protocol.target,
             original: task.effort,

@@ -74,6 +74,7 @@ impl<'a> Builder<'a> {
             task: file.name.clone(),
             variation: variation.map(|v| v.name.clone()),
             edit: variation.map_or(NeededEdit::None, |v| v.edit),
+            graded: variation.is_some_and(|v| v.graded),
             analysis: variation.map_or(&file.analysis, |v| &v.analysis).trim().to_owned(),
             accepts_edges: variation.map(|v| v.accepts_edges.clone()).unwrap_or_default(),
             roles: things.roles,

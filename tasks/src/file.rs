@@ -63,6 +63,8 @@ pub(crate) struct SequenceFile {
 pub(crate) struct VariationFile {
     pub(crate) name: String,
     pub(crate) edit: NeededEdit,
+    #[serde(default)]
+    pub(crate) graded: bool,
     pub(crate) analysis: String,
     #[serde(default)]
     pub(crate) accepts_edges: Vec<[String; 2]>,

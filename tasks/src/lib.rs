@@ -85,7 +85,7 @@ pub use poses::{PoseSchema, Poses};
 pub use predicate::{Condition, Measured, PRESSED_PART, Predicate, UPRIGHT_TILT};
 pub use registry::Registry;
 pub use role::ObjectRole;
-pub use sequence::VariationSequence;
+pub use sequence::{ORIGINAL, VariationSequence};
 pub use setting::Setting;
 pub use sight::Perception;
 pub use skill::{KeyframeCommand, Skill};

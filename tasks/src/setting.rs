@@ -23,6 +23,8 @@ pub struct Setting {
     pub variation: Option<String>,
     /// The edit that the variation needs. `None` for the original.
     pub edit: NeededEdit,
+    /// Whether it is one of a series of growing changes, of which small ones may not need their edit.
+    pub graded: bool,
     /// Why the variation is as it is, in prose. For the original: the prose of the task.
     pub analysis: String,
     /// The transitions, from skill to skill, that an edge edit may add. `start` and `end` are names here, too.

@@ -12,7 +12,7 @@ use crate::file_kind::FileKind;
 use crate::key::Document;
 use crate::name::shown;
 use crate::plant::Plant;
-use crate::sequence::VariationSequence;
+use crate::sequence::{ORIGINAL, VariationSequence};
 use crate::setting::Setting;
 
 /// A task family, checked.
@@ -94,6 +94,14 @@ impl Task {
     /// All settings: the original, then the variations in the order of the file.
     pub fn settings(&self) -> impl Iterator<Item = &Arc<Setting>> {
         std::iter::once(&self.original).chain(&self.variations)
+    }
+
+    /// What a sequence has at a stage of this name.
+    ///
+    /// # Errors
+    /// [`TaskError::UnknownVariation`].
+    pub fn stage(&self, name: &str) -> Result<Arc<Setting>, TaskError> {
+        self.variation((name != ORIGINAL).then_some(name))
     }
 
     /// The task with a variation applied, or the original.

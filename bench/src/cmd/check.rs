@@ -326,6 +326,7 @@ impl Report {
         let edit = if setting.variation.is_some() { setting.edit.word() } else { "original" };
         let corrected = match setting.edit {
             NeededEdit::None => "–".to_owned(),
+            _ if setting.graded => with_interval(self.rate(goes_on)),
             _ => with_interval(self.rate(is_corrected)),
         };
         let started = self.tried().count();
@@ -374,7 +375,9 @@ impl Report {
         require("the competent script succeeds", COMPETENT, &|trial| trial.competent.succeeded());
         let hardly = format!("the competent script is done within {IN_TIME} of the time limit");
         require(&hardly, COMPETENT, &|trial| trial.competent.seconds <= IN_TIME * setting.time_limit);
-        if needs_edit {
+        if setting.graded {
+            require("a watching teacher stops the original script and can go on from there", COMPETENT, &goes_on);
+        } else if needs_edit {
             require("the original script fails, as it must where an edit is needed", MOST, &|trial| {
                 !trial.original.succeeded()
             });
@@ -389,7 +392,11 @@ impl Report {
 }
 
 fn is_corrected(trial: &Trial) -> bool {
-    trial.corrected.as_ref().is_some_and(Attempt::succeeded) && !trial.original.succeeded()
+    goes_on(trial) && !trial.original.succeeded()
+}
+
+fn goes_on(trial: &Trial) -> bool {
+    trial.corrected.as_ref().is_some_and(Attempt::succeeded)
 }
 
 /// How the scripts of a trial ended, in words.

@@ -132,7 +132,7 @@ fn sequences(registry: &Registry) -> String {
     let rows = registry.tasks().flat_map(|task| task.sequences().iter().map(|sequence| (task.name(), sequence)));
     let rows = rows.map(|(task, sequence)| {
         let name = format!("{task}: {}", sequence.name);
-        [name, sequence.variations.join(", "), sentence(&sequence.analysis)].to_vec()
+        [name, sequence.stages.join(", "), sentence(&sequence.analysis)].to_vec()
     });
     aligned("sequences", &rows.collect::<Vec<_>>())
 }

@@ -1,4 +1,4 @@
-//! `tables`: Markdown and CSV from ledgers.
+//! `tables`: Markdown, CSV and figures from ledgers.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use crate::ledger;
 use crate::provenances::{Permitted, Provenances};
 use crate::tables::{ALL, Publication};
 
-/// Makes the tables of ledgers: to standard output, or into a folder.
+/// Makes the tables and figures of ledgers: to standard output, or into a folder.
 #[derive(Args, Clone, Debug)]
 #[command(
     after_long_help = "Several ledgers count as one: the shards of a protocol, say, or one's own beside ours. They must \
@@ -39,7 +39,7 @@ pub struct Tables {
     /// The tables to make; all where none is named.
     #[arg(long, value_parser = published())]
     pub table: Vec<&'static Publication>,
-    /// The format; without it Markdown is printed, and a folder gets both.
+    /// The format; without it Markdown is printed, and a folder gets all, the figures with them.
     #[arg(long, value_enum)]
     pub format: Option<Format>,
 }
@@ -51,13 +51,15 @@ fn published() -> impl TypedValueParser<Value = &'static Publication> {
         .try_map(|name| ALL.into_iter().find(|table| table.name == name).ok_or("no such table"))
 }
 
-/// A way to write a table.
+/// A way to write a table, or the figures beside them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Format {
     /// Markdown.
     Md,
     /// Comma-separated values.
     Csv,
+    /// The figures.
+    Svg,
 }
 
 impl Format {
@@ -66,6 +68,7 @@ impl Format {
         match self {
             Self::Md => ".md",
             Self::Csv => ".csv",
+            Self::Svg => ".svg",
         }
     }
 }

@@ -5,7 +5,7 @@ use super::column::{Bound, Cell, Columns, Shape, some};
 use super::measure::{cell, median, of_runs, share_of, units, variations};
 use super::pooled::pooled_by;
 use super::rows::{self, MethodKey, method_columns, method_key, rows};
-use super::table::{Publication, Table, Title};
+use super::table::{NO_FIGURES, Publication, Table, Title};
 use crate::calibration::{BranchCalibration, brier, calibration_error};
 use crate::ledger::Canonical;
 use crate::record::{Record, RunRecord};
@@ -15,6 +15,7 @@ pub(super) const T7: Publication = Publication {
     name: "t7",
     question: "Do the probabilities of children mean what they say, and do the policies explain what they were not given?",
     tables: |records| vec![table(records)],
+    figures: NO_FIGURES,
 };
 
 const TITLE: Title = Title {

@@ -4,7 +4,7 @@ use super::column::{Columns, MILLISECONDS_PER_SECOND, Shape, medians, middle};
 use super::growth;
 use super::measure::{median, share_of};
 use super::rows::{self, MethodKey, method_columns, method_key, rows};
-use super::table::{Publication, Table, Title};
+use super::table::{NO_FIGURES, Publication, Table, Title};
 use crate::correction_record::{CorrectionRecord, StepSummary};
 use crate::ledger::Canonical;
 use crate::record::{Record, RunRecord};
@@ -22,6 +22,7 @@ pub(super) const T4: Publication = Publication {
             growth::latency(records),
         ]
     },
+    figures: NO_FIGURES,
 };
 
 const TITLE: Title = Title {

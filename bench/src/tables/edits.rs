@@ -11,7 +11,7 @@ use situ::trace::Obedience;
 use super::column::{Columns, Shape};
 use super::measure::{mean, of_runs, share_of, units, variations};
 use super::rows::{self, MethodKey, method_columns, method_key, role, rows};
-use super::table::{Publication, Table, Title};
+use super::table::{NO_FIGURES, Publication, Table, Title};
 use crate::correction_record::CorrectionRecord;
 use crate::ledger::Canonical;
 use crate::record::{Record, RunRecord};
@@ -21,6 +21,7 @@ pub(super) const T3: Publication = Publication {
     name: "t3",
     question: "Which edit did the task need, which did the method make, and is the structure what the teacher meant?",
     tables: |records| vec![table(records)],
+    figures: NO_FIGURES,
 };
 
 const TITLE: Title = Title {

@@ -5,7 +5,7 @@ use situ::method::Role;
 use super::column::{Cell, Columns, Shape, made, share};
 use super::measure::{EFFORT, effort, mean, once, success};
 use super::rows::{CellKey, Compared, compared, role, uncounted};
-use super::table::{Publication, Table, Title};
+use super::table::{NO_FIGURES, Publication, Table, Title};
 use crate::ledger::Canonical;
 use crate::record::RunRecord;
 
@@ -14,6 +14,7 @@ pub(super) const T1: Publication = Publication {
     name: "t1",
     question: "What do corrections take, against teaching the changed task from scratch?",
     tables: |records| vec![table(records)],
+    figures: NO_FIGURES,
 };
 
 const TITLE: Title = Title {

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::column::Columns;
 use super::rows::{self, MethodName, rows};
-use super::table::{Publication, Table, Title};
+use super::table::{NO_FIGURES, Publication, Table, Title};
 use crate::ledger::Canonical;
 use crate::record::{Outcome, Record, RunRecord};
 
@@ -13,6 +13,7 @@ pub(super) const ENDINGS: Publication = Publication {
     name: "endings",
     question: "Why were runs untaught, given up or spoilt?",
     tables: |records| vec![table(records)],
+    figures: NO_FIGURES,
 };
 
 const TITLE: Title = Title {

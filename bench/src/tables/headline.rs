@@ -6,7 +6,7 @@ use situ::method::Role;
 use super::column::{Cell, Columns, MILLISECONDS_PER_SECOND, Shape};
 use super::measure::{EFFORT, effort, mean, median, of_runs, success, units, variations};
 use super::rows::{self, TeacherKey, role, rows, teacher_key};
-use super::table::{Publication, Table, Title};
+use super::table::{NO_FIGURES, Publication, Table, Title};
 use crate::ledger::Canonical;
 use crate::record::{Outcome, Record, RunRecord};
 
@@ -15,6 +15,7 @@ pub(super) const HEADLINE: Publication = Publication {
     name: "headline",
     question: "What does each method reach, and what is kept of the original task?",
     tables: |records| vec![table(records)],
+    figures: NO_FIGURES,
 };
 
 const TITLE: Title = Title {

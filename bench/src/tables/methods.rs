@@ -5,7 +5,7 @@ use situ::method::Role;
 use super::column::{Cell, Columns, MILLISECONDS_PER_SECOND, Shape};
 use super::measure::{EFFORT, effort, interquartile_mean, median, of_runs, once, share_of, success, units, variations};
 use super::rows::{Compared, MethodKey, compared, method_columns, method_key, role, uncounted};
-use super::table::{Publication, Table, Title};
+use super::table::{NO_FIGURES, Publication, Table, Title};
 use crate::ledger::Canonical;
 use crate::record::RunRecord;
 
@@ -14,6 +14,7 @@ pub(super) const METHODS: Publication = Publication {
     name: "methods",
     question: "What does every method reach, edit by edit, and what does its update cost against SITU's?",
     tables: |records| vec![table(records)],
+    figures: NO_FIGURES,
 };
 
 const TITLE: Title = Title {

@@ -13,6 +13,7 @@ mod cost;
 mod edits;
 mod effort;
 mod endings;
+mod grades;
 mod group;
 mod growth;
 mod heading;
@@ -20,20 +21,22 @@ mod headline;
 mod measure;
 mod methods;
 mod paired;
+mod plotted;
 mod pooled;
 mod questions;
 mod retention;
 mod rows;
 mod separate;
+mod sequences;
 mod table;
 mod teachers;
 
 pub use comparison::differs;
 pub use heading::Heading;
-pub use table::{Publication, Table};
+pub use table::{Figure, Publication, Table};
 
 /// All publications, in order: those that answer the first questions come first.
-pub const ALL: [&Publication; 12] = [
+pub const ALL: [&Publication; 13] = [
     &headline::HEADLINE,
     &questions::QUESTIONS,
     &paired::PAIRED,
@@ -42,6 +45,7 @@ pub const ALL: [&Publication; 12] = [
     &edits::T3,
     &cost::T4,
     &retention::T5,
+    &grades::GRADES,
     &teachers::T6,
     &confidence::T7,
     &methods::METHODS,

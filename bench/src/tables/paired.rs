@@ -8,7 +8,7 @@ use super::column::{Bound, Cell, Columns, Shape, some};
 use super::measure::{cell, difference, share, units};
 use super::pooled::{Pooled, draws, pooled_by, pooled_ratio, unit_sums, variation};
 use super::rows::{MethodName, place, role, rows};
-use super::table::{self, Publication, Table, Title};
+use super::table::{self, NO_FIGURES, Publication, Table, Title};
 use crate::ledger::Canonical;
 use crate::record::{Record, RunRecord};
 use crate::stats;
@@ -19,6 +19,7 @@ pub(super) const PAIRED: Publication = Publication {
     name: "paired",
     question: "Where is SITU better than another method, and where is it worse?",
     tables: |records| vec![table(records)],
+    figures: NO_FIGURES,
 };
 
 const TITLE: Title = Title {

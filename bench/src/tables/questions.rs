@@ -9,7 +9,7 @@ use super::column::{Cell, Columns, Shape};
 use super::group::Group;
 use super::measure::{EFFORT, Measure, difference, effort_ratio, share, units, variations};
 use super::rows::{self, MethodName, place, role, rows};
-use super::table::{self, Publication, Table, Title};
+use super::table::{self, NO_FIGURES, Publication, Table, Title};
 use crate::ledger::Canonical;
 use crate::record::{Pooled, Record, RunRecord};
 use crate::tally::Rate;
@@ -19,6 +19,7 @@ pub(super) const QUESTIONS: Publication = Publication {
     name: "questions",
     question: "The paper's two: to correct or to teach from scratch, and separate or joint?",
     tables: |records| vec![scratch(records), joint(records)],
+    figures: NO_FIGURES,
 };
 
 const FROM_SCRATCH: Title = Title {

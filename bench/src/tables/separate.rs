@@ -6,7 +6,7 @@ use situ::structure::Structure;
 use super::column::{Columns, Shape};
 use super::measure::{difference, mean, median, of_runs, share, success, units};
 use super::rows::{self, MethodKey, method_columns, method_key, rows};
-use super::table::{Publication, Table, Title};
+use super::table::{NO_FIGURES, Publication, Table, Title};
 use crate::ledger::Canonical;
 use crate::record::{Pooled, Record, RunRecord};
 use crate::tally::Rate;
@@ -16,6 +16,7 @@ pub(super) const T2: Publication = Publication {
     name: "t2",
     question: "Is a model built by successive corrections as good as one built from all demonstrations at once?",
     tables: |records| vec![table(records)],
+    figures: NO_FIGURES,
 };
 
 const TITLE: Title = Title {

@@ -7,10 +7,12 @@ use situ_tasks::name::one_line;
 
 use super::column::{Cell, Columns, Head, Shape};
 use super::heading::Heading;
+use crate::chart::Chart;
 use crate::ledger::Canonical;
 use crate::stats;
 
-/// Tables under one name: one Markdown file for all, and one CSV file for each.
+/// Tables and figures under one name: one Markdown file for all tables, a CSV file for each, and an SVG file for each
+/// figure.
 #[derive(Clone, Copy, Debug)]
 pub struct Publication {
     /// The name on the command line and of the Markdown file.
@@ -19,12 +21,31 @@ pub struct Publication {
     pub question: &'static str,
     /// Its tables.
     pub(super) tables: fn(&Canonical) -> Vec<Table>,
+    /// Its figures.
+    pub(super) figures: fn(&Canonical) -> Vec<Figure>,
+}
+
+/// A publication that has no figure.
+pub(super) const NO_FIGURES: fn(&Canonical) -> Vec<Figure> = |_| Vec::new();
+
+/// A chart under a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    /// The name of its file, without the ending.
+    pub id: &'static str,
+    /// What is drawn.
+    pub chart: Chart,
 }
 
 impl Publication {
     /// Its tables of these records, but for those that have no row.
     pub fn tables(&self, records: &Canonical) -> Vec<Table> {
         (self.tables)(records).into_iter().filter(|table| !table.is_empty()).collect()
+    }
+
+    /// Its figures of these records, but for those that have no line.
+    pub fn figures(&self, records: &Canonical) -> Vec<Figure> {
+        (self.figures)(records).into_iter().filter(|figure| !figure.chart.panels.is_empty()).collect()
     }
 
     /// Its files of these records, each with its name; none where no table has a row. `heading` says where the records
@@ -35,14 +56,18 @@ impl Publication {
             return Vec::new();
         }
         let csv = tables.iter().map(|table| (format!("{}.csv", table.id()), table.to_csv()));
-        [(format!("{}.md", self.name), self.markdown(&tables, heading))].into_iter().chain(csv).collect()
+        let figures = self.figures(records).into_iter();
+        let svg = figures.map(|figure| (format!("{}.svg", figure.id), figure.chart.to_svg()));
+        [(format!("{}.md", self.name), self.markdown(&tables, heading))].into_iter().chain(csv).chain(svg).collect()
     }
 
     /// The names of all files that it can have.
     pub fn names(&self) -> Vec<String> {
         let tables = (self.tables)(&Canonical::default());
         let csv = tables.iter().map(|table| format!("{}.csv", table.id()));
-        [format!("{}.md", self.name)].into_iter().chain(csv).collect()
+        let figures = (self.figures)(&Canonical::default());
+        let svg = figures.iter().map(|figure| format!("{}.svg", figure.id));
+        [format!("{}.md", self.name)].into_iter().chain(csv).chain(svg).collect()
     }
 
     /// Its Markdown.

@@ -6,7 +6,7 @@ use super::column::{Bound, Cell, Columns, Shape};
 use super::measure::{EFFORT, cell, effort, mean, of_runs, share_of, success, units, variations};
 use super::pooled::pooled_ratio;
 use super::rows::{self, TeacherKey, role, rows, teacher_key};
-use super::table::{Publication, Table, Title};
+use super::table::{NO_FIGURES, Publication, Table, Title};
 use crate::ledger::Canonical;
 use crate::record::{Outcome, Record, RunRecord};
 use crate::tally::TotalEffort;
@@ -16,6 +16,7 @@ pub(super) const T6: Publication = Publication {
     name: "t6",
     question: "What does it take, and what comes of it, by the teacher?",
     tables: |records| vec![table(records)],
+    figures: NO_FIGURES,
 };
 
 const TITLE: Title = Title {

@@ -113,9 +113,15 @@ fn what_methods_must_say() {
 
 #[test]
 fn what_retention_must_say() {
-    let t5 = csv_of(retention::T5, 0);
-    let stage = |name| field(&t5, "quick,pour,kitchen,2,vase,node-modification,competent,situ,1,", name);
-    assert_eq!([stage("original_after"), stage("earlier")], ["0.700000", "0.300000"]);
+    let alone = |name| field(&csv_of(retention::T5, 0), "quick,pour,lid,node-addition,competent,situ:literal,2,", name);
+    assert_eq!([alone("before"), alone("original_after")], ["0.000000", "0.900000"]);
+    let stages = csv_of(retention::T5, 1);
+    let stage = |name| field(&stages, "quick,pour,kitchen,2,vase,node-modification,competent,situ,1,", name);
+    // The vase is kept, with all rollouts; the original and the lid, with 7 and 3 of 10, are not.
+    assert_eq!([stage("original"), stage("kept"), stage("kept_low")], ["0.700000", "0.333333", ""]);
+    let ageing = csv_of(retention::T5, 2);
+    let second = |name| field(&ageing, "quick,competent,situ,2,1,", name);
+    assert_eq!([second("after"), second("kept"), second("primitives")], ["1.000000", "0.333333", ""]);
 }
 
 /// The first stage succeeds in 8 of 10 and later in 3, the second in 10.
@@ -131,9 +137,9 @@ fn what_sequences_must_say() {
     first.earlier.clear();
     first.after = Some(Rate { successes: 8, once: 8, rollouts: 10 });
     let alone = Canonical::from(vec![Record::Run(second.clone())]);
-    assert_eq!(retention::T5.tables(&alone).len(), 1, "a sequence with a stage missing has no score");
+    assert_eq!(retention::T5.tables(&alone).len(), 2, "a sequence with a stage missing has no score");
     let records = Canonical::from(vec![Record::Run(first), Record::Run(second)]);
-    let csv = retention::T5.tables(&records)[1].to_csv();
+    let csv = retention::T5.tables(&records)[2].to_csv();
     let score = |name| field(&csv, "quick,competent,situ,all,all,1,", name);
     assert_eq!(["FWT", "NBT", "AUC"].map(score), ["0.900000", "0.500000", "0.775000"], "{csv}");
 }

@@ -8,7 +8,7 @@ use super::names::Names;
 use crate::error::TaskError;
 use crate::feature::{Observable, WorldSchema};
 use crate::key::KeyPath;
-use crate::sequence::VariationSequence;
+use crate::sequence::{ORIGINAL, VariationSequence};
 
 impl Builder<'_> {
     /// Checks the name of the file, and those of its variations.
@@ -19,6 +19,9 @@ impl Builder<'_> {
         for (key, variation) in located(&root, "variation", &self.file.variation) {
             let key = key.field("name");
             self.check_word(&key, &variation.name)?;
+            if variation.name == ORIGINAL {
+                return self.wrong(&key, "the original task is called so; expected another name");
+            }
             if !seen.insert(variation.name.as_str()) {
                 let expected = format!("the variation `{}` exists already; expected another name", variation.name);
                 return self.wrong(&key, expected);
@@ -37,31 +40,30 @@ impl Builder<'_> {
                 let expected = format!("the sequence `{}` exists already; expected another name", file.name);
                 return self.wrong(&key.field("name"), expected);
             }
-            self.check_variations(&key.field("variations"), &file.variations)?;
+            self.check_stages(&key.field("variations"), &file.variations)?;
             let analysis = file.analysis.trim().to_owned();
-            sequences.push(VariationSequence {
-                name: file.name.clone(),
-                analysis,
-                variations: file.variations.clone(),
-            });
+            sequences.push(VariationSequence { name: file.name.clone(), analysis, stages: file.variations.clone() });
         }
         Ok(sequences)
     }
 
-    /// Checks that a sequence is of at least two variations of the file, each once.
-    fn check_variations(&self, key: &KeyPath, names: &[String]) -> Result<(), TaskError> {
+    /// Checks that a sequence has at least two stages, of which each is another than the one before: a variation of the
+    /// file, or, after the first, the original task.
+    fn check_stages(&self, key: &KeyPath, names: &[String]) -> Result<(), TaskError> {
         if names.len() < 2 {
             return self.wrong(key, "expected at least two variations");
         }
-        let known: Vec<&str> = self.file.variation.iter().map(|variation| variation.name.as_str()).collect();
+        let variations = self.file.variation.iter().map(|variation| variation.name.as_str());
+        let known: Vec<&str> = variations.chain([ORIGINAL]).collect();
         for (i, name) in names.iter().enumerate() {
             let key = key.index(i);
             if !known.contains(&name.as_str()) {
                 let expected = format!("there is no variation `{name}`; expected one of {}", known.join(", "));
                 return self.wrong(&key, expected);
             }
-            if names[..i].contains(name) {
-                return self.wrong(&key, format!("`{name}` is in the sequence already; expected each variation once"));
+            let former = if i == 0 { ORIGINAL } else { &names[i - 1] };
+            if name == former {
+                return self.wrong(&key, format!("`{name}` is what was there before; expected a change"));
             }
         }
         Ok(())

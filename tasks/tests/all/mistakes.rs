@@ -124,6 +124,13 @@ fn names() {
         "variation[2].name",
         "exists already",
     );
+    reports(
+        "name = \"vase\"",
+        "name = \"original\"",
+        "name = \"original\"\nedit = \"node-m",
+        "variation[2].name",
+        "called so",
+    );
 }
 
 #[test]
@@ -136,14 +143,21 @@ fn sequences() {
         "variations = [\"lid\", \"lid\"",
         "\"lid\", \"lid\"",
         "sequence[0].variations[1]",
-        "each variation once",
+        "expected a change",
+    );
+    reports(
+        from,
+        "variations = [\"original\", \"lid\"",
+        "\"original\", \"lid\"",
+        "sequence[0].variations[0]",
+        "expected a change",
     );
     reports(
         from,
         "variations = [\"lid\", \"cap\"",
         "\"lid\", \"cap\"",
         "sequence[0].variations[1]",
-        "one of lid, bump, vase",
+        "one of lid, bump, vase, stand, original",
     );
     reports("name = \"kitchen\"", "name = \"The kitchen\"", "The kitchen", "sequence[0].name", "small letters");
 }

@@ -72,7 +72,7 @@ pub fn task(bytes: &[u8]) -> bool {
         assert!(setting.time_limit > 0.0 && !setting.skills.is_empty());
     }
     for sequence in task.sequences() {
-        assert!(sequence.variations.iter().all(|name| task.variation(Some(name)).is_ok()), "{}", sequence.name);
+        assert!(sequence.stages.iter().all(|name| task.stage(name).is_ok()), "{}", sequence.name);
     }
     true
 }
