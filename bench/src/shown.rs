@@ -124,7 +124,7 @@ mod tests {
     fn the_committed_list_has_every_variation_that_needs_an_edit_and_no_other() {
         let registry = Registry::builtin().unwrap();
         let settings = registry.tasks().flat_map(|task| task.settings());
-        let needed = settings.filter(|setting| setting.edit != NeededEdit::None);
+        let needed = settings.filter(|setting| setting.edit != NeededEdit::None && !setting.graded);
         let names = needed.filter_map(|setting| Some((setting.task.clone(), setting.variation.clone()?)));
         let listed: BTreeSet<_> = ShownList::committed().shown.keys().cloned().collect();
         assert_eq!(listed, names.collect());

@@ -9,13 +9,14 @@ use crate::plant::Plant;
 use crate::task::Task;
 
 /// The task files that are part of this crate.
-const LIBRARY: [(&str, &str); 6] = [
+const LIBRARY: [(&str, &str); 7] = [
     ("tasks/library/drawer.toml", include_str!("../library/drawer.toml")),
     ("tasks/library/pour.toml", include_str!("../library/pour.toml")),
     ("tasks/library/press.toml", include_str!("../library/press.toml")),
     ("tasks/library/scoop.toml", include_str!("../library/scoop.toml")),
     ("tasks/library/sort_blocks.toml", include_str!("../library/sort_blocks.toml")),
     ("tasks/library/stack.toml", include_str!("../library/stack.toml")),
+    ("tasks/library/tray.toml", include_str!("../library/tray.toml")),
 ];
 
 /// The tasks that are known by name, in the order of their names.

@@ -30,7 +30,8 @@ mod visible;
     after_long_help = "Checks from each start that the objects settle and the premise holds; that the goal does not \
         hold yet; that the observed state is finite; that the competent script succeeds; that the original script, \
         which knows nothing of the variation, fails where an edit is needed and succeeds where none is; and that a \
-        watching teacher stops it and the competent script succeeds from there.
+        watching teacher stops it and the competent script succeeds from there. The original script is the file's own \
+        skills in their order, each once, whatever they find. Of a graded variation it may manage what it can.
 
 Prints one row for each task and variation, and then what is wrong. Exit status 1 where something is wrong.
 

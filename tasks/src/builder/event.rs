@@ -1,5 +1,7 @@
 //! What happens during an episode, and when a watching teacher stops the robot: `[[event]]` and `[[intervention]]`.
 
+use std::collections::BTreeSet;
+
 use super::check::Builder;
 use super::names::Names;
 use crate::error::TaskError;
@@ -24,6 +26,12 @@ impl Builder<'_> {
         let happening = self.happening(key, file, names)?;
         let about = skills.iter().filter(|skill| skill.reference == file.after.reference);
         let most = about.map(|skill| skill.keyframes.len()).max().unwrap_or(0);
+        if most == 0 {
+            let about: BTreeSet<&str> = skills.iter().map(|skill| &*skill.reference).collect();
+            let known = about.into_iter().collect::<Vec<_>>().join(", ");
+            let expected = format!("no skill is about `{}`; expected one of {known}", file.after.reference);
+            return self.wrong(&after.field("reference"), expected);
+        }
         if file.after.keyframe >= most {
             let expected = format!(
                 "{}: expected less than {most}, the most keyframes of a skill on `{}`",

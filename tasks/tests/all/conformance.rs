@@ -10,8 +10,8 @@ use situ_sim::World;
 use situ_tasks::script::{self, Ending, ScriptRecord};
 use situ_tasks::{Episode, Event, Happening, MotionEnd, NeededEdit, Plant, REST_SPEED, Registry, Setting, Skill};
 
-/// The original and the variations of each of the six tasks.
-const SETTINGS: usize = 36;
+/// The original and the variations of each of the seven tasks.
+const SETTINGS: usize = 53;
 /// The settings, of those that need an edit, in which the arm finds no plan for what the original program wants.
 const WITHOUT_PLAN: [&str; 1] = ["press/tall"];
 /// The settings among these in which that happens before a watching teacher stops the robot.
@@ -64,7 +64,9 @@ fn each_family_has_all_three_edits_and_a_control() {
     let registry = Registry::builtin().expect("the library is sound");
     for task in registry.tasks() {
         let edits: BTreeSet<NeededEdit> = task.settings().filter(|s| s.variation.is_some()).map(|s| s.edit).collect();
-        assert_eq!(edits.len(), 4, "{}: {edits:?}", task.name());
+        // A task of graded changes is no family: it has sizes of one edit, and a control.
+        let is_graded = task.settings().any(|setting| setting.graded);
+        assert_eq!(edits.len(), if is_graded { 2 } else { 4 }, "{}: {edits:?}", task.name());
         assert!(task.settings().all(|setting| !setting.analysis.is_empty()));
         assert!(task.settings().all(|setting| setting.schema == *task.schema()), "one schema a family (D0d)");
         assert!(task.schema().len() <= 45, "{} features drown the one that matters", task.schema().len());
@@ -100,6 +102,8 @@ fn the_competent_script_succeeds_everywhere_and_the_original_only_where_no_edit_
             let record = script::original(&mut episode, &mut unwatched);
             match setting.edit {
                 NeededEdit::None => assert_eq!(record.ending, Ending::Succeeded, "{label} {seed}: {record:?}"),
+                // It may be too small to be needed.
+                _ if setting.graded => {}
                 _ => assert_eq!(
                     record.ending,
                     ending(&label, &WITHOUT_PLAN, Ending::NoSkill),
@@ -147,7 +151,7 @@ fn a_watching_teacher_stops_the_original_where_an_edit_is_needed_and_can_go_on_f
         for seed in SEEDS {
             let mut episode = start(&setting, seed);
             let record = script::watched(&mut episode, &mut unwatched);
-            if setting.edit == NeededEdit::None {
+            if setting.edit == NeededEdit::None && setting.interventions.is_empty() {
                 assert_eq!(record.ending, Ending::Succeeded, "{label} {seed}: there is nothing to stop");
                 continue;
             }
@@ -235,7 +239,7 @@ fn what_a_variation_does_not_change_starts_where_it_does_in_the_original() {
                 placed.map(|p| (p.start.on.clone(), p.start.x, p.start.y, slide.map(|slide| slide.value)))
             };
             let stays = |name: &&str| region(setting, name) == region(original.setting(), name);
-            assert!(original.world().objects().filter(stays).count() >= 4, "{}: all is moved", setting.label());
+            assert!(original.world().objects().filter(stays).count() >= 2, "{}: all is moved", setting.label());
             for name in original.world().objects().filter(stays) {
                 let (a, b) = (original.world().pose(name).expect("there"), varied.world().pose(name).expect("there"));
                 let apart = (a.translation.vector - b.translation.vector).xy().norm();

@@ -18,7 +18,9 @@ pub(super) fn said(
     seeds: &[u64],
     jobs: Option<u16>,
 ) -> Result<(String, Vec<ShownRow>), BenchError> {
-    let changed: Vec<&Arc<Setting>> = settings.iter().filter(|setting| setting.edit != NeededEdit::None).collect();
+    // A graded change may be too small to be needed.
+    let is_changed = |setting: &&Arc<Setting>| setting.edit != NeededEdit::None && !setting.graded;
+    let changed: Vec<&Arc<Setting>> = settings.iter().filter(is_changed).collect();
     let mut walked: BTreeMap<String, Arc<Setting>> = BTreeMap::new();
     for setting in &changed {
         walked.insert(setting.label(), Arc::clone(setting));
