@@ -215,8 +215,8 @@ impl Conditions<'_> {
         Ok(())
     }
 
-    /// The first round of the last stage. Where its task stood there before, its rounds go on after those, so that other
-    /// starts decide and the teacher shows it anew. The original task stood there when it was taught.
+    /// The first round of the last stage. Where its task stood there before, its rounds go on after those, so that
+    /// other starts decide and the teacher shows it anew. The original task stood there when it was taught.
     fn first_round(&self, stages: &[Arc<Setting>]) -> u32 {
         let Some((setting, before)) = stages.split_last() else { return 0 };
         let taught = u32::from(setting.variation.is_none());

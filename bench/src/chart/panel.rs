@@ -1,6 +1,6 @@
 //! A panel: where its numbers lie, and which of them have labels.
 
-use super::{Axis, Line, Panel, Point, Scale};
+use super::contents::{ChartAxis, ChartPanel, ChartPoint, Line, Scale};
 
 /// About so many labels an axis has of its own.
 const LABELS: f64 = 4.0;
@@ -17,7 +17,7 @@ pub(super) struct Laid {
 
 impl Laid {
     /// An axis over these numbers.
-    pub(super) fn over(axis: &Axis, numbers: impl Iterator<Item = f64>) -> Self {
+    pub(super) fn over(axis: &ChartAxis, numbers: impl Iterator<Item = f64>) -> Self {
         let on = |number: f64| place(axis.scale, number);
         let named = axis.labels.iter().flatten().copied();
         let covered = axis.covers.iter().flat_map(|(low, high)| [*low, *high]);
@@ -88,11 +88,11 @@ fn round_numbers(scale: Scale, low: f64, high: f64) -> Vec<f64> {
     (first..=last).map(|times| times as f64 * step).collect()
 }
 
-impl Panel {
+impl ChartPanel {
     /// Both axes over all that the panel shows.
     pub(super) fn axes(&self) -> [Laid; 2] {
         let points = || self.lines.iter().flat_map(|line| &line.points);
-        let heights = |point: &Point| {
+        let heights = |point: &ChartPoint| {
             let (low, high) = point.interval.unwrap_or((point.y, point.y));
             [point.y, low, high]
         };
@@ -102,10 +102,10 @@ impl Panel {
 
 impl Line {
     /// Its points on the axes, but for those that have no place there.
-    pub(super) fn places(&self, [x, y]: &[Laid; 2]) -> Vec<Point> {
-        let place = |point: &Point| {
+    pub(super) fn places(&self, [x, y]: &[Laid; 2]) -> Vec<ChartPoint> {
+        let place = |point: &ChartPoint| {
             let interval = point.interval.and_then(|(low, high)| Some((y.place(low)?, y.place(high)?)));
-            Some(Point { x: x.place(point.x)?, y: y.place(point.y)?, interval })
+            Some(ChartPoint { x: x.place(point.x)?, y: y.place(point.y)?, interval })
         };
         self.points.iter().filter_map(place).collect()
     }
@@ -117,14 +117,14 @@ mod tests {
 
     #[test]
     fn labels_are_few_and_round() {
-        let labels = |axis: Axis, numbers: &[f64]| {
+        let labels = |axis: ChartAxis, numbers: &[f64]| {
             let laid = Laid::over(&axis, numbers.iter().copied());
             laid.labels.iter().map(|place| laid.text(*place)).collect::<Vec<_>>()
         };
-        assert_eq!(labels(Axis::amounts("n"), &[3.0, 17.0]), ["0", "5", "10", "15"]);
-        assert_eq!(labels(Axis::amounts("n"), &[0.013]), ["0", "0.005", "0.01"]);
-        assert_eq!(labels(Axis::log("n", None), &[0.02, 900.0]), ["1", "100"]);
-        assert_eq!(labels(Axis::log("cm", Some(vec![1.0, 2.0, 16.0])), &[]), ["1", "2", "16"]);
-        assert_eq!(labels(Axis::amounts("n"), &[]), ["0", "0.5", "1"]);
+        assert_eq!(labels(ChartAxis::amounts("n"), &[3.0, 17.0]), ["0", "5", "10", "15"]);
+        assert_eq!(labels(ChartAxis::amounts("n"), &[0.013]), ["0", "0.005", "0.01"]);
+        assert_eq!(labels(ChartAxis::log("n", None), &[0.02, 900.0]), ["1", "100"]);
+        assert_eq!(labels(ChartAxis::log("cm", Some(vec![1.0, 2.0, 16.0])), &[]), ["1", "2", "16"]);
+        assert_eq!(labels(ChartAxis::amounts("n"), &[]), ["0", "0.5", "1"]);
     }
 }

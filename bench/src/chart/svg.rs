@@ -5,9 +5,9 @@ use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::palette::{INK, Look, Marker, PAPER, RULE, style};
+use super::contents::{Chart, ChartPanel, ChartPoint};
+use super::palette::{INK, Look, Marker, PAPER, RULE, look, style};
 use super::panel::Laid;
-use super::{Chart, Panel, Point};
 
 /// Width and height of a panel with its axes, in pixels.
 const PANEL: (i32, i32) = (256, 208);
@@ -26,7 +26,7 @@ type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 
 /// The chart as an SVG file.
-pub(super) fn of(chart: &Chart) -> String {
+pub fn to_svg(chart: &Chart) -> String {
     let columns = chart.columns.clamp(1, chart.panels.len().max(1));
     let rows = chart.panels.len().div_ceil(columns);
     let width = PANEL.0 * columns as i32;
@@ -55,13 +55,24 @@ fn draw(chart: &Chart, columns: usize, (legend, above): (&[Entry<'_>], i32), can
         let corner = (PANEL.0 * (index % columns) as i32, above + PANEL.1 * (index / columns) as i32);
         frame(panel, corner, canvas)?;
         for line in &panel.lines {
-            let look = chart.looks().into_iter().find(|(name, _)| *name == line.name).map(|(_, look)| look);
+            let look = looks(chart).into_iter().find(|(name, _)| *name == line.name).map(|(_, look)| look);
             if let Some(look) = look {
                 curve(&line.places(&panel.axes()), &panel.axes(), corner, (look, canvas))?;
             }
         }
     }
     canvas.present()
+}
+
+/// The names of the lines, in the order in which they are met, each with its look.
+fn looks(chart: &Chart) -> Vec<(&str, Look)> {
+    let mut names: Vec<&str> = Vec::new();
+    for line in chart.panels.iter().flat_map(|panel| &panel.lines) {
+        if !names.contains(&&*line.name) {
+            names.push(&line.name);
+        }
+    }
+    names.into_iter().enumerate().map(|(index, name)| (name, look(index))).collect()
 }
 
 /// A line's name and look in the legend.
@@ -84,7 +95,7 @@ fn legend(chart: &Chart, width: i32) -> Vec<Entry<'_>> {
         x += wide;
         Entry { name, look, at }
     };
-    chart.looks().into_iter().map(entry).collect()
+    looks(chart).into_iter().map(entry).collect()
 }
 
 /// Where a place on the axes lies in the picture.
@@ -97,7 +108,7 @@ fn pixel((x, y): (f64, f64), [along, up]: &[Laid; 2], (left, top): (i32, i32)) -
 }
 
 /// Title, axes and labels of a panel.
-fn frame(panel: &Panel, corner: (i32, i32), canvas: &Canvas<'_>) -> Drawn {
+fn frame(panel: &ChartPanel, corner: (i32, i32), canvas: &Canvas<'_>) -> Drawn {
     let axes = panel.axes();
     let [along, up] = &axes;
     let at = |x, y| pixel((x, y), &axes, corner);
@@ -131,7 +142,7 @@ fn frame(panel: &Panel, corner: (i32, i32), canvas: &Canvas<'_>) -> Drawn {
 }
 
 /// A line of a panel, with the intervals of its points.
-fn curve(places: &[Point], axes: &[Laid; 2], corner: (i32, i32), (look, canvas): (Look, &Canvas<'_>)) -> Drawn {
+fn curve(places: &[ChartPoint], axes: &[Laid; 2], corner: (i32, i32), (look, canvas): (Look, &Canvas<'_>)) -> Drawn {
     let points: Vec<(i32, i32)> = places.iter().map(|place| pixel((place.x, place.y), axes, corner)).collect();
     path(canvas, &points, look)?;
     for (place, point) in places.iter().zip(points) {
@@ -186,4 +197,50 @@ fn titled(svg: &str, title: &str) -> String {
     let (open, rest) = svg.split_at(head);
     let open = open.replacen("<svg ", "<svg role=\"img\" ", 1);
     format!("{open}\n<title>{escaped}</title>\n{}{}\n", style(), rest.trim_end())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::contents::{ChartAxis, Line};
+    use super::*;
+
+    fn chart(axis: ChartAxis, ys: &[f64]) -> Chart {
+        let point =
+            |(x, y): (usize, &f64)| ChartPoint { x: x as f64 + 1.0, y: *y, interval: Some((*y * 0.9, *y * 1.1)) };
+        let points: Vec<ChartPoint> = ys.iter().enumerate().map(point).collect();
+        let lines = ["a <b>", "c & d"].map(|name| Line { name: name.to_owned(), points: points.clone() });
+        let x = ChartAxis::counts("stage", 3);
+        let panel = ChartPanel { title: "one \"panel\"".to_owned(), x, y: axis, lines: lines.to_vec() };
+        Chart { title: "What <it> & shows".to_owned(), columns: 2, panels: vec![panel.clone(), panel.clone(), panel] }
+    }
+
+    /// Any numbers make a well-formed file, the same each time, in which nothing lies outside of the picture.
+    #[test]
+    fn any_numbers_make_a_sound_picture() {
+        let odd = [f64::NAN, f64::INFINITY, -1.0, 0.0, 1e-300, 1e300];
+        for ys in [&[][..], &[0.5], &[0.2, 0.4, 0.9], &odd] {
+            for axis in [ChartAxis::shares("share"), ChartAxis::amounts("n"), ChartAxis::log("s", None)] {
+                let chart = chart(axis, ys);
+                let svg = to_svg(&chart);
+                assert_eq!(svg, to_svg(&chart));
+                assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{svg}");
+                assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+                assert!(svg.contains("What &lt;it&gt; &amp; shows") && svg.contains("a &lt;b&gt;"), "{svg}");
+                let opened = svg.matches("<text").count();
+                assert_eq!(opened, svg.matches("</text>").count());
+            }
+        }
+    }
+
+    #[test]
+    fn lines_of_one_name_look_alike() {
+        let mut chart = chart(ChartAxis::shares("share"), &[0.5, 0.6]);
+        chart.panels[1].lines.reverse();
+        let names: Vec<&str> = looks(&chart).into_iter().map(|(name, _)| name).collect();
+        assert_eq!(names, ["a <b>", "c & d"]);
+        let svg = to_svg(&chart);
+        // Three panels and the legend.
+        let colour = |index| look(index).colour.hex();
+        assert!(svg.matches(&colour(0)).count() >= 4 && svg.matches(&colour(1)).count() >= 4, "{svg}");
+    }
 }

@@ -11,7 +11,7 @@ use super::measure::{of_runs, share_of, success};
 use super::plotted::lines;
 use super::rows::{self, MethodName, rows};
 use super::table::{Figure, Publication, Table, Title};
-use crate::chart::{Axis, Chart, Panel};
+use crate::chart::{Chart, ChartAxis, ChartPanel};
 use crate::grade::Grade;
 use crate::ledger::Canonical;
 use crate::record::{Record, RunRecord};
@@ -105,8 +105,8 @@ fn figure(records: &Canonical) -> Figure {
         let labels = sizes.iter().map(|size| size.0.size).collect();
         let points = of_panel().map(|row| (row.key.2.name, row.key.4.0.size, seen(row)));
         let title = own.2.unwrap_or("nothing changes").to_owned();
-        let (x, y) = (Axis::log(own.1, Some(labels)), Axis::shares("modification seen"));
-        Panel { title, x, y, lines: lines(points) }
+        let (x, y) = (ChartAxis::log(own.1, Some(labels)), ChartAxis::shares("modification seen"));
+        ChartPanel { title, x, y, lines: lines(points) }
     };
     let columns = keys.iter().filter_map(|(_, _, teacher)| *teacher).collect::<BTreeSet<_>>().len();
     let title = "From which size of a change on it is seen as a modification; and where nothing changes, how often one \

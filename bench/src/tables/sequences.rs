@@ -11,7 +11,7 @@ use super::plotted::lines;
 use super::pooled::pooled_ratio;
 use super::rows::{self, CellKey, MethodName, TeacherKey, role, rows, teacher_key};
 use super::table::{Figure, Table, Title};
-use crate::chart::{Axis, Chart, Panel};
+use crate::chart::{Chart, ChartAxis, ChartPanel};
 use crate::correction_record::CorrectionRecord;
 use crate::ledger::Canonical;
 use crate::record::{Record, RunRecord};
@@ -127,16 +127,16 @@ fn seconds(row: &Aged<'_>) -> Cell {
 }
 
 /// What a panel shows: its name, the cell of a row, and the axis.
-type Measured = (&'static str, fn(&Aged<'_>) -> Cell, fn(&str) -> Axis);
+type Measured = (&'static str, fn(&Aged<'_>) -> Cell, fn(&str) -> ChartAxis);
 
 /// What is kept, how large the model is and what an update costs, from stage to stage; the time apart.
 pub(super) fn figures(records: &Canonical) -> Vec<Figure> {
     const EXACT: [Measured; 3] = [
-        ("tasks kept", kept_share, Axis::shares),
-        ("primitives", primitives, Axis::amounts),
-        ("segments an update", segments, Axis::amounts),
+        ("tasks kept", kept_share, ChartAxis::shares),
+        ("primitives", primitives, ChartAxis::amounts),
+        ("segments an update", segments, ChartAxis::amounts),
     ];
-    const TIMED: [Measured; 1] = [("seconds an update", seconds, |name| Axis::log(name, None))];
+    const TIMED: [Measured; 1] = [("seconds an update", seconds, |name| ChartAxis::log(name, None))];
     let rows = aged(records);
     let chart = |title: &str, measures: &[Measured]| Chart {
         title: title.to_owned(),
@@ -153,7 +153,7 @@ pub(super) fn figures(records: &Canonical) -> Vec<Figure> {
 }
 
 /// A panel for each teacher, a line for each method.
-fn by_teacher(rows: &[Aged<'_>], (name, cell, axis): Measured) -> Vec<Panel> {
+fn by_teacher(rows: &[Aged<'_>], (name, cell, axis): Measured) -> Vec<ChartPanel> {
     let teachers: BTreeSet<(&str, &str)> = rows.iter().map(|row| (row.key.0.0, row.key.0.1)).collect();
     let protocols = teachers.iter().map(|(protocol, _)| protocol).collect::<BTreeSet<_>>().len();
     let last = rows.iter().map(|row| row.key.1).max().unwrap_or(0);
@@ -161,7 +161,7 @@ fn by_teacher(rows: &[Aged<'_>], (name, cell, axis): Measured) -> Vec<Panel> {
         let of_teacher = rows.iter().filter(|row| (row.key.0.0, row.key.0.1) == (*protocol, *teacher));
         let points = of_teacher.map(|row| (row.key.0.2.name, f64::from(row.key.1), cell(row)));
         let title = if protocols > 1 { format!("{protocol}, {teacher}") } else { (*teacher).to_owned() };
-        Panel { title, x: Axis::counts("change", last), y: axis(name), lines: lines(points) }
+        ChartPanel { title, x: ChartAxis::counts("change", last), y: axis(name), lines: lines(points) }
     };
     teachers.iter().map(panel).collect()
 }

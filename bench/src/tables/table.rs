@@ -7,7 +7,7 @@ use situ_tasks::name::one_line;
 
 use super::column::{Cell, Columns, Head, Shape};
 use super::heading::Heading;
-use crate::chart::Chart;
+use crate::chart::{Chart, to_svg};
 use crate::ledger::Canonical;
 use crate::stats;
 
@@ -57,7 +57,7 @@ impl Publication {
         }
         let csv = tables.iter().map(|table| (format!("{}.csv", table.id()), table.to_csv()));
         let figures = self.figures(records).into_iter();
-        let svg = figures.map(|figure| (format!("{}.svg", figure.id), figure.chart.to_svg()));
+        let svg = figures.map(|figure| (format!("{}.svg", figure.id), to_svg(&figure.chart)));
         [(format!("{}.md", self.name), self.markdown(&tables, heading))].into_iter().chain(csv).chain(svg).collect()
     }
 
