@@ -1,6 +1,7 @@
 //! The tests of the harness from outside, in one program, but for the one that counts allocations.
 
 mod broken;
+mod changes;
 mod check;
 mod cost;
 mod dependencies;
