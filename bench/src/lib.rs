@@ -96,6 +96,7 @@ pub mod task_files {}
 pub mod tutorial {}
 pub mod track;
 pub mod tuition;
+pub mod untouched;
 pub mod view;
 pub mod visible;
 pub mod witness;

@@ -67,8 +67,8 @@ pub(crate) struct Pivot {
     seat: UnitQuaternion<f64>,
     /// Unit length, in the parent's frame.
     axis: Vector3<f64>,
-    /// Length of the range, radians.
-    pub(crate) travel: f64,
+    /// What it was built from.
+    hinge: Hinge,
 }
 
 impl Pivot {
@@ -81,17 +81,37 @@ impl Pivot {
         bodies: [RigidBodyHandle; 2],
     ) -> Option<Pivot> {
         let axis = Vector3::from(hinge.axis).normalize();
-        let [frame, place] = bodies.map(|body| from_engine(physics.bodies[body].position()));
-        let place = frame.inverse() * place;
-        let handle = physics.insert_multibody_joint(bodies[0], bodies[1], hinge.pin(&place, &axis))?;
-        if let Some((multibody, link)) = physics.multibody_joints.get_mut(handle) {
-            let coordinate = multibody.link(link)?.assembly_id();
-            multibody.damping_mut()[coordinate] = hinge.damping as f32;
-        }
+        let place = place_on(physics, bodies);
+        let seat = hinge.turned(&place, -hinge.value).rotation;
+        let pivot = Pivot { child, bodies, seat, axis, hinge: hinge.clone() };
+        pivot.join(physics, &place, hinge.value)?;
         if hinge.spring > 0.0 {
             physics.insert_impulse_joint(bodies[0], bodies[1], hinge.spring(&place, &axis));
         }
-        Some(Pivot { child, bodies, seat: hinge.turned(&place, -hinge.value).rotation, axis, travel: hinge.travel })
+        Some(pivot)
+    }
+
+    /// Joins the bodies, the child at this place on its parent and at this value. None where the engine refuses.
+    fn join(&self, physics: &mut PhysicsWorld, place: &Pose, value: f64) -> Option<()> {
+        let [parent, child] = self.bodies;
+        let handle = physics.insert_multibody_joint(parent, child, self.hinge.pin(place, &self.axis, value))?;
+        if let Some((multibody, link)) = physics.multibody_joints.get_mut(handle) {
+            let coordinate = multibody.link(link)?.assembly_id();
+            multibody.damping_mut()[coordinate] = self.hinge.damping as f32;
+        }
+        Some(())
+    }
+
+    /// Joins the bodies anew where they are, once they have been taken apart.
+    pub(crate) fn join_again(&self, physics: &mut PhysicsWorld) {
+        let (place, value) = (place_on(physics, self.bodies), self.value(physics).clamp(0.0, self.hinge.travel));
+        let joined = self.join(physics, &place, value);
+        debug_assert!(joined.is_some(), "what the engine took once it takes again");
+    }
+
+    /// Length of the range, radians.
+    pub(crate) fn travel(&self) -> f64 {
+        self.hinge.travel
     }
 
     /// The child's turn from the start of its range, in radians within half a turn.
@@ -102,6 +122,12 @@ impl Pivot {
         // Two quaternions stand for one rotation: the one that turns by less than half a turn counts.
         2.0 * libm::atan2(along * rest.signum(), rest.abs())
     }
+}
+
+/// The child's place in its parent's frame.
+fn place_on(physics: &PhysicsWorld, bodies: [RigidBodyHandle; 2]) -> Pose {
+    let [frame, place] = bodies.map(|body| from_engine(physics.bodies[body].position()));
+    frame.inverse() * place
 }
 
 impl Hinge {
@@ -131,8 +157,8 @@ impl Hinge {
     /// It is one of reduced coordinates. The engine's other joints lock five axes by impulses, and these do not
     /// converge with a friction about the sixth: a lid that friction should hold sank by 0.02 rad/s, and a bar slipped
     /// from the fingers.
-    fn pin(&self, place: &Pose, axis: &Vector3<f64>) -> GenericJoint {
-        let limits = [-self.value, self.travel - self.value].map(|limit| limit as f32);
+    fn pin(&self, place: &Pose, axis: &Vector3<f64>, value: f64) -> GenericJoint {
+        let limits = [-value, self.travel - value].map(|limit| limit as f32);
         self.joint(JointAxesMask::LOCKED_REVOLUTE_AXES, place, axis)
             .limits(JointAxis::AngX, limits)
             .motor_velocity(JointAxis::AngX, 0.0, STICTION)

@@ -38,6 +38,7 @@ mod mechanism;
 mod motion;
 mod object;
 mod perception;
+mod push;
 mod rolling;
 mod scene;
 mod shape;

@@ -195,7 +195,7 @@ impl World {
 
     /// Length of the range of an object that turns, in radians; none if it has no hinge.
     pub fn hinge_travel(&self, object: &str) -> Option<f64> {
-        self.pivot(object).map(|pivot| pivot.travel)
+        self.pivot(object).map(|pivot| pivot.travel())
     }
 
     fn pivot(&self, object: &str) -> Option<&Pivot> {

@@ -1,4 +1,5 @@
-//! Setting a scene: what stands on the table, what is in it, what holds it, and what carries the hand.
+//! Setting a scene: what stands on the table, what is in it, what holds it, what carries the hand, and who bumps into
+//! it.
 
 use std::sync::Arc;
 
@@ -14,7 +15,9 @@ use crate::hand::Guard;
 use crate::hinge::{Hinge, Pivot};
 use crate::mechanism::{Bond, Guide, Magnet, Slide};
 use crate::object::{Mobility, Object};
+use crate::push::Push;
 use crate::rolling::Roller;
+use crate::step::DT;
 use crate::tag::{ARM, HAND, TABLE, Tag};
 use crate::world::{Entry, LENGTH_UNIT, World};
 
@@ -163,6 +166,34 @@ impl World {
         let bodies = [parent, child].map(|index| self.entries[index].body);
         let pivot = Pivot::build(&mut self.physics, hinge, child, bodies);
         self.pivots.push(pivot.ok_or_else(|| SimError::NoHinge { object: hinge.child.clone() })?);
+        Ok(())
+    }
+
+    /// Somebody bumps into an object: during the next `seconds` it slides by `displacement` (metres, world frame),
+    /// whatever stands in the way.
+    ///
+    /// What is in it comes along, and so does what turns on it, which keeps its angle meanwhile. A push replaces one
+    /// that is under way for the same object.
+    ///
+    /// # Errors
+    /// There is no such object, it turns on a hinge, the displacement leads out of the workshop, or the duration is not
+    /// between 0.01 and 60 s.
+    pub fn push(&mut self, object: &str, displacement: [f64; 3], seconds: f64) -> Result<(), SimError> {
+        let index = self.index(object)?;
+        if self.pivots.iter().any(|pivot| pivot.child == index) {
+            return Err(SimError::NoPush { object: object.to_owned() });
+        }
+        within(object, "a push must take 0.01 to 60 s", &[seconds], 0.01, 60.0)?;
+        let entry = &self.entries[index];
+        let displacement = Vector3::from(displacement);
+        let mut end = from_engine(self.physics.bodies[entry.body].position());
+        end.translation.vector += displacement;
+        check_pose(object, &end)?;
+        self.pushes.retain(|push| push.object != index);
+        let steps = libm::round(seconds / DT) as u32;
+        let pushed = (index, entry.body, entry.object.mobility);
+        let push = Push::begin(&mut self.physics, &self.pivots, pushed, displacement, steps);
+        self.pushes.push(push);
         Ok(())
     }
 

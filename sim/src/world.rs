@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::Vector3;
 use rapier3d::prelude::{
     ColliderBuilder, ColliderHandle, IntegrationParameters, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle,
     SpringCoefficients, Vector,
@@ -10,12 +9,13 @@ use rapier3d::prelude::{
 use serde::{Deserialize, Serialize};
 
 use crate::arm::Arm;
-use crate::error::{SimError, check_pose, within};
-use crate::frame::{self, from_engine};
+use crate::error::SimError;
+use crate::frame;
 use crate::hand::{GripperCommand, Guard, Hand};
 use crate::hinge::Pivot;
-use crate::mechanism::{Bond, Guide, Push};
-use crate::object::{Mobility, Object};
+use crate::mechanism::{Bond, Guide};
+use crate::object::Object;
+use crate::push::Push;
 use crate::rolling::{self, Roller};
 use crate::step::{DT, steps_in};
 use crate::tag::Tag;
@@ -137,7 +137,7 @@ impl World {
             bond.pull(&mut self.physics, self.entries[bond.a].body, self.entries[bond.b].body);
         }
         for push in &mut self.pushes {
-            push.drive(&mut self.physics, self.entries[push.object].body);
+            push.drive(&mut self.physics);
         }
         let mut turned = Vec::new();
         for roller in &self.rollers {
@@ -145,8 +145,8 @@ impl World {
         }
         self.physics.step();
         rolling::release(&mut self.physics, &turned);
-        let (physics, entries) = (&mut self.physics, &self.entries);
-        self.pushes.retain(|push| !push.finish(physics, entries[push.object].body));
+        let (physics, pivots) = (&mut self.physics, &self.pivots);
+        self.pushes.retain(|push| !push.finish(physics, pivots));
         self.hand.feel(&self.physics, self.arm.as_ref().map_or(&[], |arm| &arm.colliders));
         self.steps += 1;
     }
@@ -161,33 +161,6 @@ impl World {
     /// Commands the gripper. It obeys during the following steps. A command that is not a number is ignored.
     pub fn command(&mut self, gripper: GripperCommand) {
         self.hand.obey(&self.physics, gripper);
-    }
-
-    /// Somebody bumps into an object: during the next `seconds` it slides by `displacement` (metres, world frame),
-    /// whatever stands in the way.
-    ///
-    /// What is in it comes along. A push replaces one that is under way for the same object.
-    ///
-    /// # Errors
-    /// There is no such object, it turns on a hinge, the displacement leads out of the workshop, or the duration is not
-    /// between 0.01 and 60 s.
-    pub fn push(&mut self, object: &str, displacement: [f64; 3], seconds: f64) -> Result<(), SimError> {
-        let index = self.index(object)?;
-        if self.pivots.iter().any(|pivot| pivot.child == index) {
-            return Err(SimError::NoPush { object: object.to_owned() });
-        }
-        within(object, "a push must take 0.01 to 60 s", &[seconds], 0.01, 60.0)?;
-        let entry = &self.entries[index];
-        let displacement = Vector3::from(displacement);
-        let mut end = from_engine(self.physics.bodies[entry.body].position());
-        end.translation.vector += displacement;
-        check_pose(object, &end)?;
-        self.pushes.retain(|push| push.object != index);
-        let steps = libm::round(seconds / DT) as u32;
-        let dynamic = entry.object.mobility == Mobility::Dynamic;
-        let push = Push::begin(&mut self.physics, index, entry.body, displacement, steps, dynamic);
-        self.pushes.push(push);
-        Ok(())
     }
 
     /// Simulated seconds since the world was made.

@@ -9,8 +9,11 @@ use crate::plant::Plant;
 use crate::task::Task;
 
 /// The task files that are part of this crate.
-const LIBRARY: [(&str, &str); 7] = [
+const LIBRARY: [(&str, &str); 10] = [
+    ("tasks/library/bread_box.toml", include_str!("../library/bread_box.toml")),
+    ("tasks/library/clear_table.toml", include_str!("../library/clear_table.toml")),
     ("tasks/library/drawer.toml", include_str!("../library/drawer.toml")),
+    ("tasks/library/lunch.toml", include_str!("../library/lunch.toml")),
     ("tasks/library/pour.toml", include_str!("../library/pour.toml")),
     ("tasks/library/press.toml", include_str!("../library/press.toml")),
     ("tasks/library/scoop.toml", include_str!("../library/scoop.toml")),

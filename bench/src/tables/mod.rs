@@ -30,13 +30,14 @@ mod separate;
 mod sequences;
 mod table;
 mod teachers;
+mod untouched;
 
 pub use comparison::differs;
 pub use heading::Heading;
 pub use table::{Figure, Publication, Table};
 
 /// All publications, in order: those that answer the first questions come first.
-pub const ALL: [&Publication; 13] = [
+pub const ALL: [&Publication; 14] = [
     &headline::HEADLINE,
     &questions::QUESTIONS,
     &paired::PAIRED,
@@ -44,6 +45,7 @@ pub const ALL: [&Publication; 13] = [
     &separate::T2,
     &edits::T3,
     &cost::T4,
+    &untouched::UNTOUCHED,
     &retention::T5,
     &grades::GRADES,
     &teachers::T6,

@@ -1,7 +1,7 @@
 //! Hinges: a door, a lid and a lever turn about their axis, within their limits, and stay where friction holds them.
 
 use situ_sim::{
-    GripperCommand, Hinge, MotionEnd, Panel, Pose, SimError, Slide, Snapshot, World, pose_at, rotation_about,
+    GripperCommand, Hinge, MotionEnd, Object, Panel, Pose, SimError, Slide, Snapshot, World, pose_at, rotation_about,
 };
 
 use crate::common::{apart, bits, block, standing};
@@ -124,10 +124,15 @@ fn a_damper_takes_its_time() {
     assert!((value(&world) - 1.5 - expected).abs() < 0.02, "{} rad, and not {expected}", value(&world) - 1.5);
 }
 
-/// A box with a lid that turns about its far edge, the bar towards −x.
+/// A box that stands fast, with a lid that turns about its far edge, the bar towards −x.
 fn chest() -> (World, Hinge) {
+    with_lid(block("chest", [0.065, 0.065, 0.04], 1000.0, 0.5).fixed())
+}
+
+/// A chest with its lid.
+fn with_lid(chest: Object) -> (World, Hinge) {
     let mut world = World::new();
-    world.add(block("chest", [0.065, 0.065, 0.04], 1000.0, 0.5).fixed(), standing(0.1, 0.0, 0.04, 0.2)).unwrap();
+    world.add(chest, standing(0.1, 0.0, 0.04, 0.2)).unwrap();
     let panel = Panel {
         half: [0.065, 0.065, 0.004],
         bar_at: [-0.05, 0.0, 0.020],
@@ -178,26 +183,69 @@ fn a_lid_is_opened_by_its_bar_and_stays_open() {
 fn a_hinge_that_is_turned_goes_on_from_a_snapshot_bit_for_bit() {
     let (mut world, hinge) = chest();
     open(&mut world, &hinge, 0.5);
-    let snapshot = world.snapshot();
-    let text = serde_json::to_string(&snapshot).unwrap();
-    let mut others =
-        [World::restore(&snapshot), World::restore(&serde_json::from_str::<Snapshot>(&text).unwrap()), world.clone()];
     let go_on = |world: &mut World| {
         world.move_hand(world.tcp() * Pose::translation(0.01, 0.0, 0.03), &mut |_| {});
         world.command(GripperCommand::Open(0.06));
-        world.push("chest", [0.0, 0.05, 0.0], 0.4).unwrap();
         world.settle(0.6);
         (world.hinge_value("lid").map(f64::to_bits), bits(world))
     };
-    let first = go_on(&mut world);
-    for other in &mut others {
-        assert_eq!(go_on(other), first);
+    // While it is held, when its chest begins to be pushed, on the way, and some time later.
+    for (seconds, push) in [(0.0, false), (0.0, true), (0.1, false), (0.5, false)] {
+        if push {
+            world.push("chest", [0.0, 0.05, 0.0], 0.4).unwrap();
+        }
+        world.settle(seconds);
+        let snapshot = world.snapshot();
+        let text = serde_json::to_string(&snapshot).unwrap();
+        let read: Snapshot = serde_json::from_str(&text).unwrap();
+        let [first, others @ ..] =
+            [world.clone(), World::restore(&snapshot), World::restore(&read)].map(|mut world| go_on(&mut world));
+        assert!(others.iter().all(|other| *other == first), "{seconds}");
     }
-    // The lid has come along with its chest.
-    let place = world.pose("chest").unwrap().inverse() * world.pose("lid").unwrap();
-    let expected = hinge.turned(&Pose::translation(0.0, 0.0, 0.045), world.hinge_value("lid").unwrap());
-    let (off, turned) = apart(&expected, &place);
-    assert!(off < 1e-3 && turned < 5e-3, "{off} m, {turned} rad off the axis");
+}
+
+/// The chest stood where it was, and once it had been pushed its lid went round and round, through its limits.
+#[test]
+fn what_is_pushed_takes_its_lid_along_and_its_hinge_holds_as_before() {
+    let chest = || block("chest", [0.065, 0.065, 0.04], 1000.0, 0.5);
+    for (chest, angle, by) in [
+        (chest().fixed(), 0.0, [0.0, 0.1, 0.0]),
+        (chest().fixed(), 0.9, [-0.08, 0.0, 0.0]),
+        (chest(), 0.0, [0.05, -0.05, 0.0]),
+        (chest(), 0.9, [0.0, 0.1, 0.0]),
+    ] {
+        let (mut world, hinge) = with_lid(chest);
+        if angle > 0.0 {
+            open(&mut world, &hinge, angle);
+            world.command(GripperCommand::Open(0.06));
+            world.hold(0.5, &mut |_| {});
+            world.place_gripper(standing(-0.3, 0.3, 0.4, 0.0), 0.06);
+        }
+        let (before, value_before) = (world.pose("chest").unwrap(), world.hinge_value("lid").unwrap());
+        world.push("chest", by, 0.5).unwrap();
+        let mut worst = 0.0_f64;
+        world.hold(0.6, &mut |world| {
+            let place = world.pose("chest").unwrap().inverse() * world.pose("lid").unwrap();
+            let value = world.hinge_value("lid").unwrap();
+            let (off, turned) = apart(&hinge.turned(&Pose::translation(0.0, 0.0, 0.045), value), &place);
+            worst = worst.max(off).max(turned).max((value - value_before).abs());
+        });
+        assert!(worst < 5e-3, "{by:?}: {worst} off the axis or from the angle");
+        let moved = world.pose("chest").unwrap().translation.vector - before.translation.vector;
+        assert!((moved - nalgebra::Vector3::from(by)).norm() < 2e-3, "{by:?}: moved by {moved}");
+        // Friction holds it where it is, and at the end of its range its stop.
+        if angle > 0.0 {
+            world.settle(2.0);
+            assert!((world.hinge_value("lid").unwrap() - value_before).abs() < 5e-3, "{by:?}: it does not stay");
+        } else {
+            let ends = open(&mut world, &hinge, 1.2);
+            assert!(ends.iter().all(|end| *end == MotionEnd::Reached), "{by:?}: {ends:?}");
+            world.command(GripperCommand::Open(0.06));
+            world.settle(2.0);
+            let value = world.hinge_value("lid").unwrap();
+            assert!((value - 1.2).abs() < 0.06, "{by:?}: opened by 1.2 rad, it is at {value}");
+        }
+    }
 }
 
 #[test]

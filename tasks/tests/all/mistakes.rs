@@ -273,7 +273,8 @@ fn unknown_names_list_the_known_ones() {
     let registry = Registry::builtin().expect("the library is sound");
     let message = registry.get("poor").expect_err("unknown").to_string();
     assert!(
-        message.contains("`poor`") && message.contains("drawer, pour, press, scoop, sort_blocks, stack, tray"),
+        message.contains("`poor`")
+            && message.contains("bread_box, clear_table, drawer, lunch, pour, press, scoop, sort_blocks, stack, tray"),
         "{message}"
     );
     let message = registry.get("pour").and_then(|task| task.variation(Some("cap"))).expect_err("unknown").to_string();
@@ -289,7 +290,19 @@ fn a_folder_of_tasks_is_added_and_names_must_differ() {
     let registry = builtin().with_dir(&folder).expect("a task of another name");
     assert_eq!(
         registry.names().collect::<Vec<_>>(),
-        ["drawer", "mine", "pour", "press", "scoop", "sort_blocks", "stack", "tray"]
+        [
+            "bread_box",
+            "clear_table",
+            "drawer",
+            "lunch",
+            "mine",
+            "pour",
+            "press",
+            "scoop",
+            "sort_blocks",
+            "stack",
+            "tray"
+        ]
     );
     assert!(builtin().with_dir(&folder.join("nowhere")).is_err_and(|error| error.to_string().contains("nowhere")));
     std::fs::write(folder.join("mine.toml"), POUR).expect("written");
