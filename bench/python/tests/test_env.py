@@ -34,7 +34,9 @@ import situ_bench  # noqa: E402
 from situ_bench.env import Env, register_all  # noqa: E402
 
 NAMES = register_all()
-ORIGINALS = ["drawer", "pour", "press", "scoop", "sort_blocks", "stack"]
+ORIGINALS = [
+    "bread_box", "clear_table", "drawer", "lunch", "pour", "press", "scoop", "sort_blocks", "stack",
+]
 #: Seeds from which the scripted policy tries each original.
 SEEDS = range(5)
 #: Seconds in which all environments are checked, on a machine that has other things to do besides.

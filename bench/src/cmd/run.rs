@@ -99,8 +99,6 @@ pub struct Run {
     pub own: OwnMethods,
 }
 
-/// So many publications are printed: those that answer the first questions.
-const FIRST: usize = 2;
 /// The folder of what external methods say, in the folder of a run.
 const LOGS: &str = "logs";
 /// The ledger's name in its folder.
@@ -113,7 +111,7 @@ pub(super) struct Published {
     pub(super) records: Canonical,
     /// The files of the tables, each with its name.
     tables: Vec<(String, String)>,
-    /// The text that is to be printed: the tables in Markdown.
+    /// The text that is to be printed: what the runs came to.
     pub(super) printed: String,
 }
 
@@ -128,7 +126,7 @@ impl Progress for Signs {
 }
 
 impl Run {
-    /// Does the runs; returns the tables to be printed.
+    /// Does the runs; returns what they came to.
     ///
     /// # Errors
     /// Bad names and files; [`BenchError::Interrupted`]; [`BenchError::Differs`] from `--check`.
@@ -182,11 +180,9 @@ impl Run {
             Provenances::of(std::slice::from_ref(&path), Permitted::One)?.heading(&command.display().to_string());
         let tables: Vec<(String, String)> =
             publications.iter().flat_map(|table| table.files(&records, &heading)).collect();
-        let first: Vec<String> = publications.iter().take(FIRST).map(|table| format!("{}.md", table.name)).collect();
-        let printed = tables.iter().filter(|(name, _)| first.contains(name)).map(|(_, text)| format!("{text}\n"));
-        let mut printed: String = printed.collect();
-        printed.push_str(&format!("The other tables and the ledger are in {}.\n", folder.display()));
-        printed.push_str(&broken_off(&records));
+        let is_made = |publication: &Publication| !publication.tables(&records).is_empty();
+        let made: Vec<&Publication> = publications.iter().copied().filter(|one| is_made(one)).collect();
+        let printed = tables::summary(&records, &folder.display().to_string(), &made) + &broken_off(&records);
         let mut outputs = vec![(path, ledger::text(&records))];
         outputs.extend(tables.iter().map(|(name, text)| (folder.join(name), text.clone())));
         files::write_all(&outputs)?;

@@ -1,6 +1,7 @@
-//! `tables`: Markdown, CSV and figures from ledgers.
+//! `tables`: Markdown, CSV, LaTeX and figures from ledgers.
 
 use std::fs;
+use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -23,6 +24,7 @@ use crate::tables::{ALL, Publication};
 Examples:
   situ-bench tables quick.jsonl
   situ-bench tables quick.jsonl --table t1 --format csv
+  situ-bench tables results/families --table questions --format tex
   situ-bench tables results/quick mine --table methods
   situ-bench tables shard-1.jsonl shard-2.jsonl --out tables"
 )]
@@ -39,7 +41,8 @@ pub struct Tables {
     /// The tables to make; all where none is named.
     #[arg(long, value_parser = published())]
     pub table: Vec<&'static Publication>,
-    /// The format; without it Markdown is printed, and a folder gets all, the figures with them.
+    /// The format; without it a folder gets all files, the figures with them, and what is printed is text where a
+    /// terminal shows it, else Markdown.
     #[arg(long, value_enum)]
     pub format: Option<Format>,
 }
@@ -54,10 +57,14 @@ fn published() -> impl TypedValueParser<Value = &'static Publication> {
 /// A way to write a table, or the figures beside them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Format {
+    /// Lines that fit the terminal, or 100 columns where there is none.
+    Text,
     /// Markdown.
     Md,
     /// Comma-separated values.
     Csv,
+    /// LaTeX, for the package booktabs.
+    Tex,
     /// The figures.
     Svg,
 }
@@ -66,8 +73,10 @@ impl Format {
     /// How the names of its files end.
     const fn ending(self) -> &'static str {
         match self {
+            Self::Text => ".txt",
             Self::Md => ".md",
             Self::Csv => ".csv",
+            Self::Tex => ".tex",
             Self::Svg => ".svg",
         }
     }
@@ -80,6 +89,16 @@ pub struct PrintedTables {
     pub text: String,
     /// To standard error.
     pub warnings: Vec<String>,
+}
+
+/// The least width that tables are fitted to.
+const LEAST: usize = 60;
+/// The width where no terminal says one.
+const USUAL: usize = 100;
+
+/// The width of the terminal.
+fn width() -> usize {
+    terminal_size::terminal_size().map_or(USUAL, |(width, _)| usize::from(width.0).max(LEAST))
 }
 
 impl Tables {
@@ -100,9 +119,19 @@ impl Tables {
         let (records, warnings) = ledger::read_all(&self.ledgers)?;
         let ledgers: Vec<String> = self.ledgers.iter().map(|path| path.display().to_string()).collect();
         let heading = provenances.heading(&ledgers.join(" "));
-        let format = self.format.or(self.out.is_none().then_some(Format::Md));
+        let printed = if io::stdout().is_terminal() { Format::Text } else { Format::Md };
+        let format = self.format.or(self.out.is_none().then_some(printed));
         let is_wanted =
             |table: &Publication| self.table.is_empty() || self.table.iter().any(|wanted| wanted.name == table.name);
+        if format == Some(Format::Text) {
+            if let Some(folder) = &self.out {
+                let problem = "--format text is for a terminal: expected md, csv, tex or svg with --out".to_owned();
+                return Err(BenchError::Argument(format!("{}: {problem}", folder.display())));
+            }
+            let wanted = ALL.iter().filter(|table| is_wanted(table));
+            let texts = wanted.map(|table| table.aligned(&records, &heading, width())).filter(|text| !text.is_empty());
+            return Ok(PrintedTables { text: texts.collect::<Vec<_>>().join("\n"), warnings });
+        }
         let files = ALL.iter().filter(|table| is_wanted(table)).flat_map(|table| table.files(&records, &heading));
         let files: Vec<(String, String)> =
             files.filter(|(name, _)| format.is_none_or(|format| name.ends_with(format.ending()))).collect();

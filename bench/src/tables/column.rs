@@ -146,6 +146,14 @@ pub(super) struct Head {
     pub(super) wall: bool,
 }
 
+impl Head {
+    /// The head in words.
+    pub(super) fn words(&self) -> String {
+        let name = self.name.replace('_', " ");
+        if self.wall { format!("{name} (wall)") } else { name }
+    }
+}
+
 /// A column of a table whose rows are made of `R`.
 pub(super) struct Column<'a, R> {
     pub(super) head: Head,

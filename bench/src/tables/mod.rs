@@ -1,11 +1,12 @@
 //! Tables: projections of the ledger's records and of nothing else, so that equal records give equal bytes.
 //!
-//! A table is made once, as cells. Markdown and CSV are two ways to write it: where Markdown says `18/20 [0.70, 0.97]`,
-//! CSV has a column for each of the four numbers. Columns that hold the clock come last; in CSV their names end in
-//! `_wall`.
+//! A table is made once, as cells. Markdown, LaTeX, CSV and text for a terminal are ways to write it: where the others
+//! say `18/20 [0.70, 0.97]`, CSV has a column for each of the four numbers. Columns that hold the clock come last; in
+//! CSV their names end in `_wall`.
 //!
 //! To add a table, declare a [`Publication`] in a file of its own here, and name it in [`ALL`].
 
+mod aligned;
 mod column;
 mod comparison;
 mod confidence;
@@ -18,6 +19,7 @@ mod group;
 mod growth;
 mod heading;
 mod headline;
+mod latex;
 mod measure;
 mod methods;
 mod paired;
@@ -28,12 +30,14 @@ mod retention;
 mod rows;
 mod separate;
 mod sequences;
+mod summary;
 mod table;
 mod teachers;
 mod untouched;
 
 pub use comparison::differs;
 pub use heading::Heading;
+pub use summary::summary;
 pub use table::{Figure, Publication, Table};
 
 /// All publications, in order: those that answer the first questions come first.

@@ -1,4 +1,4 @@
-//! A table, and how it is written in Markdown and CSV.
+//! A table, and how it is written in Markdown and CSV. LaTeX has a file of its own.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -11,8 +11,8 @@ use crate::chart::{Chart, to_svg};
 use crate::ledger::Canonical;
 use crate::stats;
 
-/// Tables and figures under one name: one Markdown file for all tables, a CSV file for each, and an SVG file for each
-/// figure.
+/// Tables and figures under one name: one Markdown file for all tables, a CSV and a LaTeX file for each, and an SVG
+/// file for each figure.
 #[derive(Clone, Copy, Debug)]
 pub struct Publication {
     /// The name on the command line and of the Markdown file.
@@ -55,25 +55,36 @@ impl Publication {
         if tables.is_empty() {
             return Vec::new();
         }
-        let csv = tables.iter().map(|table| (format!("{}.csv", table.id()), table.to_csv()));
+        let command = self.command(heading);
+        let markdown = tables.iter().map(|table| table.to_markdown(heading, &command)).collect::<Vec<_>>().join("\n");
+        let of_tables = tables.iter().flat_map(|table| {
+            let latex = table.to_latex(heading, &command);
+            [(format!("{}.csv", table.id()), table.to_csv()), (format!("{}.tex", table.id()), latex)]
+        });
         let figures = self.figures(records).into_iter();
         let svg = figures.map(|figure| (format!("{}.svg", figure.id), to_svg(&figure.chart)));
-        [(format!("{}.md", self.name), self.markdown(&tables, heading))].into_iter().chain(csv).chain(svg).collect()
+        [(format!("{}.md", self.name), markdown)].into_iter().chain(of_tables).chain(svg).collect()
+    }
+
+    /// Its tables for a terminal, in lines of at most `width` signs.
+    pub fn aligned(&self, records: &Canonical, heading: &Heading, width: usize) -> String {
+        let command = self.command(heading);
+        let tables = self.tables(records).into_iter();
+        tables.map(|table| table.to_aligned(heading, &command, width)).collect::<Vec<_>>().join("\n")
+    }
+
+    /// The command that makes it again.
+    fn command(&self, heading: &Heading) -> String {
+        one_line(&format!("situ-bench tables {} --table {}", heading.ledgers, self.name))
     }
 
     /// The names of all files that it can have.
     pub fn names(&self) -> Vec<String> {
         let tables = (self.tables)(&Canonical::default());
-        let csv = tables.iter().map(|table| format!("{}.csv", table.id()));
+        let of_tables = tables.iter().flat_map(|table| ["csv", "tex"].map(|ending| format!("{}.{ending}", table.id())));
         let figures = (self.figures)(&Canonical::default());
         let svg = figures.iter().map(|figure| format!("{}.svg", figure.id));
-        [format!("{}.md", self.name)].into_iter().chain(csv).chain(svg).collect()
-    }
-
-    /// Its Markdown.
-    fn markdown(&self, tables: &[Table], heading: &Heading) -> String {
-        let command = one_line(&format!("situ-bench tables {} --table {}", heading.ledgers, self.name));
-        tables.iter().map(|table| table.to_markdown(heading, &command)).collect::<Vec<_>>().join("\n")
+        [format!("{}.md", self.name)].into_iter().chain(of_tables).chain(svg).collect()
     }
 }
 
@@ -91,13 +102,13 @@ pub(super) struct Title {
 /// A table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    title: Title,
-    heads: Vec<Head>,
-    rows: Vec<Vec<Cell>>,
+    pub(super) title: Title,
+    pub(super) heads: Vec<Head>,
+    pub(super) rows: Vec<Vec<Cell>>,
     protocols: BTreeSet<String>,
     records: usize,
     /// Sentences that say what the rows come to.
-    said: Vec<String>,
+    pub(super) said: Vec<String>,
 }
 
 /// Decimals of a share.
@@ -144,20 +155,22 @@ impl Table {
         self.rows.is_empty()
     }
 
-    /// The table in Markdown, below a heading; `command` makes it again.
-    pub fn to_markdown(&self, heading: &Heading, command: &str) -> String {
+    /// The line that says where the table is from; `command` makes it again.
+    pub(super) fn origin(&self, heading: &Heading, command: &str) -> String {
         let protocols = self.protocols.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
         let protocols = if protocols.is_empty() { "none".to_owned() } else { protocols };
-        let line = heading.line(&protocols, self.records, command);
+        heading.line(&protocols, self.records, command)
+    }
+
+    /// The table in Markdown, below a heading; `command` makes it again.
+    pub fn to_markdown(&self, heading: &Heading, command: &str) -> String {
+        let line = self.origin(heading, command);
         let mut text = format!("## {}\n\n{line}\n\n{}\n\n", self.title.text, self.title.note);
         self.said.iter().for_each(|sentence| text += &format!("- {sentence}\n"));
         if !self.said.is_empty() {
             text.push('\n');
         }
-        let heads = self.heads.iter().map(|head| {
-            let name = head.name.replace('_', " ").replace('|', "\\|");
-            if head.wall { format!("{name} (wall)") } else { name }
-        });
+        let heads = self.heads.iter().map(|head| head.words().replace('|', "\\|"));
         let rule = self.heads.iter().map(|head| if head.shape == Shape::Text { "---" } else { "---:" }.to_owned());
         let rows = self
             .rows
@@ -238,12 +251,17 @@ fn fields(shape: Shape, cell: &Cell) -> Vec<String> {
 
 /// A cell as Markdown has it.
 pub(super) fn markdown(shape: Shape, cell: &Cell) -> String {
+    words(shape, cell).replace('|', "\\|")
+}
+
+/// A cell in words and numbers.
+pub(super) fn words(shape: Shape, cell: &Cell) -> String {
     let digits = match shape {
         Shape::Number(digits) | Shape::Estimate(digits) | Shape::Pooled(digits) => digits,
         _ => SHARE,
     };
     match cell {
-        Cell::Text(text) => one_line(text).replace('|', "\\|"),
+        Cell::Text(text) => one_line(text),
         Cell::Count(count) => count.to_string(),
         Cell::Number(value) => fixed(*value, digits),
         Cell::Rate(rate) => {

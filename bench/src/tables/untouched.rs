@@ -93,8 +93,7 @@ fn over(row: &Row<'_>, new: bool) -> Option<Pooled> {
 
 /// By how much it is more in the new families. `None` where there is nothing to compare.
 fn difference(row: &Row<'_>) -> Option<Pooled> {
-    let of: Vec<(&RunRecord, (bool, (f64, f64)))> =
-        measured(row).into_iter().map(|(run, pair)| (run, (is_untouched(&run.key.task), pair))).collect();
+    let of: Vec<_> = measured(row).into_iter().map(|(run, pair)| (run, (is_untouched(&run.key.task), pair))).collect();
     let of: &OfRuns<'_, (bool, (f64, f64))> = &of;
     pooled_by(of, |things| {
         let mut sums = [(0.0, 0.0); 2];

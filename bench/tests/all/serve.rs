@@ -244,7 +244,7 @@ fn what_is_no_request_is_answered() {
         request
     };
     let refused = [
-        (reset("pours", None, 1), "the known tasks are drawer, pour"),
+        (reset("pours", None, 1), "the known tasks are bread_box, clear_table"),
         (reset("press", Some("lid"), 1), "it has shutter"),
         (json!({"do": "reset", "task": "press", "seed": 1, "teacher": "nobody"}), "expert"),
         (json!({"do": "reset", "task": "press", "seed": -1}), "`reset`, key `seed`"),

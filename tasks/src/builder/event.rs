@@ -53,11 +53,11 @@ impl Builder<'_> {
         for (field, name) in [("push", &file.push), ("drop", &file.drop)] {
             if let Some(name) = name {
                 self.check_name(&key.field(field), name, Role::Body, names)?;
+                if names.mistake(name, Role::Turning).is_none() {
+                    let expected = format!("`{name}` turns on a hinge; expected an object that moves freely");
+                    return self.wrong(&key.field(field), expected);
+                }
             }
-        }
-        if let Some(name) = file.push.as_ref().filter(|name| names.mistake(name, Role::Turning).is_none()) {
-            let expected = format!("`{name}` turns on a hinge; expected an object that can go straight");
-            return self.wrong(&key.field("push"), expected);
         }
         match (&file.push, file.by, &file.drop) {
             (Some(object), Some(by), None) => Ok(Happening::Push { object: object.clone(), by }),
